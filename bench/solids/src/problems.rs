@@ -80,10 +80,8 @@ pub(crate) struct Solution {
 }
 
 fn rubber() -> Material {
-    Material {
-        law: RUBBER,
-        volumetric: Volumetric::Quadratic(1000.0 * RUBBER.shear_modulus()),
-    }
+    let bulk = 1000.0 * RUBBER.shear_modulus();
+    Material::new(RUBBER, Volumetric::Quadratic(bulk)).expect("its constants are positive")
 }
 
 /// Mesh of a problem.

@@ -6,7 +6,7 @@
 
 use std::error::Error;
 
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{Axis, Grid2};
 use taxel_fem::output::Picture;
 use taxel_fem::problem::{Kinematics, Motion, Problem, Rule};
@@ -23,13 +23,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     mesh.name_boundary("upper plate", |[_, y, _]| y > 10e-3 - 1e-9);
 
     let mut problem = Problem::new(mesh, Kinematics::PlaneStrain)?;
-    problem.materials.push(Material {
-        law: Law::MooneyRivlin {
+    problem
+        .materials
+        .push(Material::incompressible(Law::MooneyRivlin {
             c10: 75.5e3,
             c01: 5.7e3,
-        },
-        volumetric: Volumetric::Incompressible,
-    });
+        }));
     problem.clamp("lower plate")?;
     problem.support("upper plate", 0, Motion::Fixed)?;
     let travel = problem.parameter("travel", Rule::Given);

@@ -4,20 +4,17 @@
 
 use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::mesh::{Axis, Grading, Grid2, Growth};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Cavity, Contact, DeadLoad, FreeMotion, Motion, Obstacle, Parameter, Pressure, Problem,
-    ProblemError, Quantity, Rule, Shape,
+    Cavity, Contact, DeadLoad, FreeMotion, FreePart, Motion, Obstacle, Parameter, Pressure,
+    Problem, ProblemError, Quantity, Rule, Shape,
 };
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::solver::newton::{Continue, Solver};
 
-const RUBBER: Material = Material {
-    law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-    volumetric: Volumetric::Incompressible,
-};
+const RUBBER: Material = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
 
 /// A rectangle of unit thickness from the origin, shear modulus 1.
 fn rectangle(size: [f64; 2], cells: [usize; 2]) -> Problem {
@@ -262,18 +259,19 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
     let failure = Solver::new(loose).err().unwrap();
     assert_eq!(
         failure.reason,
-        Reason::Problem(ProblemError::NotFixed(FreeMotion::Translation([
-            1.0, 0.0, 0.0
-        ]))),
+        Reason::Problem(ProblemError::NotFixed(FreePart {
+            motion: FreeMotion::Translation([1.0, 0.0, 0.0]),
+            region: None,
+        })),
         "{failure}"
     );
 
     let mut unstable = rectangle([1.0, 1.0], [1, 1]);
     unstable.clamp("bottom").unwrap();
-    unstable.materials[0].law = Law::MooneyRivlin {
+    unstable.materials[0] = Material::incompressible(Law::MooneyRivlin {
         c10: 0.4326,
         c01: -0.841,
-    };
+    });
     let failure = Solver::new(unstable).err().unwrap();
     assert!(failure.to_string().contains("rubber"), "{failure}");
 
@@ -339,9 +337,8 @@ fn wrong_input_is_refused_with_what_is_wrong() {
         surplus.contains("2 materials") && surplus.contains("rubber"),
         "{surplus}"
     );
-    let negative = refused(&|problem| {
-        problem.materials[0].volumetric = Volumetric::Quadratic(-1.0);
-    });
+    let negative = Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(-1.0));
+    let negative = negative.unwrap_err().to_string();
     assert!(negative.contains("bulk modulus"), "{negative}");
     let nothing = refused(&|problem| {
         let parameter = problem.parameter("push", Rule::Given);
@@ -388,8 +385,10 @@ fn a_body_that_can_turn_is_refused_with_the_point_about_which_it_turns() {
     let hinge = hinged.mesh.points[0];
     hinged.clamp("hinge").unwrap();
     let failure = Solver::new(hinged).err().unwrap();
-    let Reason::Problem(ProblemError::NotFixed(FreeMotion::Rotation { axis, through })) =
-        failure.reason
+    let Reason::Problem(ProblemError::NotFixed(FreePart {
+        motion: FreeMotion::Rotation { axis, through },
+        region: None,
+    })) = failure.reason
     else {
         panic!("{failure}");
     };
@@ -421,5 +420,101 @@ fn a_light_load_has_the_slope_of_rest() {
             (moved[d] * 1e9 / slope[d] - 1.0).abs() < 1e-5,
             "{moved:?} {slope:?}"
         );
+    }
+}
+
+/// What presses a bonded round layer of thickness 1, without friction.
+#[derive(Clone, Copy, Debug)]
+enum Presses {
+    /// A ball of radius 0.5.
+    Ball,
+    /// A flat face of radius 0.45 with a rim of 0.05.
+    Punch,
+}
+
+/// A layer with cells of this size where it is pressed, solved to a depth or as far as it goes.
+fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<String>) {
+    let growth = Growth {
+        smallest: size,
+        ratio: 1.5,
+        largest: 0.2,
+    };
+    let even = |length: f64| Grading::Uniform((length / size).round() as usize);
+    let (end, below, shape) = match presses {
+        Presses::Ball => (
+            0.6,
+            even(0.6),
+            Shape::Sphere {
+                centre: [0.0, 1.5, 0.0],
+                radius: 0.5,
+            },
+        ),
+        Presses::Punch => (
+            0.5,
+            Grading::FromEnd(growth),
+            Shape::Punch {
+                point: [0.0, 1.0, 0.0],
+                axis: [0.0, 1.0, 0.0],
+                flat: 0.45,
+                rim: 0.05,
+            },
+        ),
+    };
+    let across = Axis::new(&[0.0, end, 5.0], &[below, Grading::FromStart(growth)]).unwrap();
+    let up = Axis::new(&[0.0, 1.0], &[Grading::FromEnd(growth)]).unwrap();
+    let mesh = Grid2::new([across, up], "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::Axisymmetric).unwrap();
+    problem.materials.push(RUBBER);
+    problem.clamp("bottom").unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    let travel = problem.parameter("depth", Rule::Given);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface: problem.surface("top").unwrap(),
+        shape,
+        travel: Some(([0.0, -1.0, 0.0], travel)),
+        stiffness: 50.0 / size,
+        friction: 0.0,
+        overlap_limit: 1e-3 * size,
+    }));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.first_step = 0.02;
+    solver.settings.stable = false;
+    let ended = solver.load_to(&[depth], |_, _| Continue::Yes);
+    (
+        solver,
+        ended.err().map(|failure| failure.reason.to_string()),
+    )
+}
+
+#[test]
+fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_mesh() {
+    let force = |size: f64| {
+        let (mut solver, ended) = pressed_layer(Presses::Ball, size, 0.39);
+        assert_eq!(ended, None, "{size}");
+        assert!(solver.least_volume_ratio().unwrap().ratio > 0.3);
+        solver.evaluate().unwrap().along[0]
+    };
+    let (coarse, fine) = (force(0.1), force(0.05));
+    assert!((coarse / fine - 1.0).abs() < 0.01, "{coarse} {fine}");
+}
+
+/// `cargo test -p taxel-fem --test behaviour how_far -- --ignored --nocapture`
+#[test]
+#[ignore = "a minute; prints how far a bonded layer is pressed"]
+#[allow(clippy::print_stdout)]
+fn how_far_a_bonded_layer_is_pressed() {
+    let cases = [
+        (Presses::Ball, [0.1, 0.05, 0.025, 0.0125].as_slice(), 0.4),
+        (Presses::Punch, &[0.05, 0.0125, 0.006], 0.17),
+    ];
+    for (presses, sizes, least) in cases {
+        for &size in sizes {
+            let (mut solver, ended) = pressed_layer(presses, size, 0.8);
+            let depth = solver.state().parameters[0];
+            let force = solver.evaluate().unwrap().along[0];
+            let ended = ended.unwrap_or_default();
+            println!("{presses:?}, cells of {size}: depth {depth:.4}, force {force:.4}; {ended}");
+            assert!(depth > least, "{presses:?} {size} {depth}");
+        }
     }
 }

@@ -11,7 +11,7 @@ use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 use taxel_fem::study::bump_block::{
-    BlockDivision, BlockSides, BumpBlock, Pressed, PressedBlock, linear,
+    BlockDivision, BlockSides, BumpBlock, Pressed, PressedBlock, large_strain, linear,
 };
 
 const MOONEY_RIVLIN: Law = Law::MooneyRivlin {
@@ -20,10 +20,8 @@ const MOONEY_RIVLIN: Law = Law::MooneyRivlin {
 };
 
 fn rubber() -> Material {
-    Material {
-        law: MOONEY_RIVLIN,
-        volumetric: Volumetric::Quadratic(1000.0 * MOONEY_RIVLIN.shear_modulus()),
-    }
+    let bulk = 1000.0 * MOONEY_RIVLIN.shear_modulus();
+    Material::new(MOONEY_RIVLIN, Volumetric::Quadratic(bulk)).unwrap()
 }
 
 /// Cells of a grid of half steps, `counts` cells of size `size` along each axis.
@@ -180,13 +178,8 @@ fn unit() -> BumpBlock {
 
 /// Rubber of 1 MPa, neo-Hookean, and copper.
 fn unit_of(modulus: f64, division: BlockDivision) -> PressedBlock {
-    let shear = 0.5 * modulus / 1.49;
-    let soft = Material {
-        law: Law::neo_hookean(shear),
-        ..linear(modulus, 0.49)
-    };
     PressedBlock {
-        solids: [soft, linear(117e9, 0.34)],
+        solids: [large_strain(modulus, 0.49), linear(117e9, 0.34)],
         sides: BlockSides::Free,
         division,
         permittivity: 2.7,

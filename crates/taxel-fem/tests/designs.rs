@@ -24,10 +24,8 @@ fn moved([x, y, z]: [f64; 3], factor: f64) -> [f64; 3] {
 fn solver(mesh: Mesh) -> Solver {
     let law = Law::MooneyRivlin { c10: 1.0, c01: 0.1 };
     let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
-    problem.materials.push(Material {
-        law,
-        volumetric: Volumetric::Quadratic(1000.0),
-    });
+    let rubber = Material::new(law, Volumetric::Quadratic(1000.0)).unwrap();
+    problem.materials.push(rubber);
     problem.clamp("bottom").unwrap();
     // Between planes of symmetry the tangent of a follower pressure is symmetric, and
     // the iteration quadratic.

@@ -2,9 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{Axis, Grid2};
+use taxel_fem::mesh::{Axis, Grid2, Mesh};
 use taxel_fem::problem::load::traction;
-use taxel_fem::problem::{DeadLoad, Kinematics, Motion, Problem, Rule};
+use taxel_fem::problem::{
+    Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Problem, Rule, Shape,
+};
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
 
@@ -130,4 +132,93 @@ fn a_column_that_buckles_is_told_from_a_wrong_tangent() {
         "{failure}"
     );
     assert!((0.2..0.5).contains(&failure.fraction), "{failure}");
+}
+
+#[test]
+fn a_part_that_only_a_contact_could_hold_is_named() {
+    // A block over a plane that it does not reach, pressed by a force.
+    let mut problem = rectangle([1.0, 1.0], [2, 2], rubber());
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    let load = problem.parameter("load", Rule::Given);
+    let surface = problem.surface("top").unwrap();
+    let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| {
+        [0.0, -1.0, 0.0]
+    });
+    problem.dead_loads.push(DeadLoad {
+        forces,
+        parameter: load,
+    });
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface: problem.surface("bottom").unwrap(),
+        shape: Shape::HalfSpace {
+            point: [0.0, -0.1, 0.0],
+            normal: [0.0, 1.0, 0.0],
+        },
+        travel: None,
+        stiffness: 100.0,
+        friction: 0.0,
+        overlap_limit: 1e-4,
+    }));
+    let failure = fails(problem, &[0.1], "only a contact could hold the body");
+    let Reason::HeldByContact(ref part) = failure.reason else {
+        panic!("{failure}");
+    };
+    assert_eq!(part.motion, FreeMotion::Translation([0.0, 1.0, 0.0]));
+    // One that rests on the plane is held from the start.
+    assert!(failure.to_string().contains("begin with the part in touch"));
+}
+
+#[test]
+fn a_part_of_several_that_nothing_holds_is_named() {
+    let axis = || Axis::uniform(0.0, 1.0, 1).unwrap();
+    let lower = Grid2::new([axis(), axis()], "rubber").mesh().unwrap();
+    let mut upper = lower.clone();
+    for point in &mut upper.points {
+        point[1] += 1.5;
+    }
+    let mesh = Mesh::joined(&[("lower", &lower), ("upper", &upper)], |_| false);
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials = vec![rubber(); 2];
+    problem.clamp("lower_bottom").unwrap();
+    fails(problem, &[], "the part \"upper_rubber\" of the body");
+}
+
+/// A block pressed by a ball beside its middle in one step, with a contact of this stiffness.
+fn pressed_in_one_step(stiffness: f64, iterations: usize) -> Result<(), Failure> {
+    let mut problem = rectangle([2.0, 1.0], [8, 4], rubber());
+    problem.clamp("bottom").unwrap();
+    let depth = problem.parameter("depth", Rule::Given);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface: problem.surface("top").unwrap(),
+        shape: Shape::Sphere {
+            centre: [1.03, 2.0, 0.0],
+            radius: 1.0,
+        },
+        travel: Some(([0.0, -1.0, 0.0], depth)),
+        stiffness,
+        friction: 0.0,
+        overlap_limit: 1e-4,
+    }));
+    let mut solver = Solver::new(problem)?;
+    solver.settings.first_step = 1.0;
+    solver.settings.smallest_step = 0.5;
+    solver.settings.iterations = iterations;
+    solver.load_to(&[0.2], |_, _| Continue::Yes)
+}
+
+#[test]
+fn a_contact_that_chatters_is_named_with_its_point() {
+    // Far too stiff: each change flips the set of touching points.
+    let failure = pressed_in_one_step(1e7, 14).unwrap_err();
+    let Reason::Chatter { contact, place, .. } = failure.reason else {
+        panic!("{failure}");
+    };
+    assert!(contact == 0 && place[1] == 1.0, "{failure}");
+    assert!((place[0] - 1.03).abs() < 0.65, "{failure}");
+    let text = failure.to_string();
+    for part in ["touches in one iteration", "Lower the contact stiffness"] {
+        assert!(text.contains(part), "{text}");
+    }
+    // What the sentence says helps.
+    pressed_in_one_step(1e3, 30).unwrap();
 }

@@ -2,19 +2,16 @@
 //! in shear moduli).
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::study::layer::{Layer, LayerDivision, LayerStudy, SideFace};
 
 /// A solid of this shear modulus.
 fn rubber(shear: f64) -> Material {
-    Material {
-        law: Law::MooneyRivlin {
-            c10: shear / 2.0,
-            c01: 0.0,
-        },
-        volumetric: Volumetric::Incompressible,
-    }
+    Material::incompressible(Law::MooneyRivlin {
+        c10: shear / 2.0,
+        c01: 0.0,
+    })
 }
 
 fn rows(table: &str) -> Vec<Vec<f64>> {

@@ -4,7 +4,7 @@
 use taxel::mechanics::{ElectrodeStiffness, LayerKinematics};
 use taxel::sensor::Sensor;
 use taxel::transduction::{FieldState, InPlaneModel, SolvedInPlane};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::study::layer::{Layer, LayerDivision, LayerStudy, SideFace};
 use taxel_papers::Paper;
 
@@ -98,10 +98,7 @@ fn the_middle_of_a_layer_moves_as_the_closed_form() {
         gripped: false,
         division: LayerDivision::default(),
     };
-    let rubber = Material {
-        law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
     let mut study = LayerStudy::new(layer, rubber, None).unwrap();
     let mut rows = 0;
     for stored in &Paper::P1.table().run("interior").unwrap().rows {

@@ -6,7 +6,7 @@ use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_papers::{Paper, Run};
 
@@ -99,10 +99,7 @@ fn bulged([height, cover]: [f64; 2], filled: f64, smallest: f64) -> [f64; 2] {
         c10: 75.5,
         c01: 5.7,
     };
-    let rubber = Material {
-        law,
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(law);
     let cell = VoidCell {
         width: 400.0,
         height,

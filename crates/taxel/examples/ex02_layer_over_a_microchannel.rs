@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_fem::output::Picture;
 
@@ -25,13 +25,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             ..CornerDivision::default()
         },
     };
-    let rubber = Material {
-        law: Law::MooneyRivlin {
-            c10: 75.5,
-            c01: 5.7,
-        },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin {
+        c10: 75.5,
+        c01: 5.7,
+    });
     let mut study = VoidStudy::new(&cell, rubber, &Filling::Vented, WallContact::default())?;
     for pressure in [4.0, 8.0, 12.0] {
         let found = study.press(pressure)?;

@@ -7,15 +7,12 @@
 use std::error::Error;
 
 use taxel::transduction::electrode_section::{BarStudy, Media};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::output::Picture;
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let rubber = Material {
-        law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
     // P1's layer with a gap of 50 um; lengths in um.
     let layer = Layer {
         thickness: 950.0,

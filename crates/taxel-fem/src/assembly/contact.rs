@@ -1,34 +1,41 @@
-//! Contact in the equations: obstacles with their friction, walls that meet.
+//! Contact in the equations: obstacles and surfaces with their friction, walls that meet.
 
+use std::collections::BTreeSet;
+
+use super::foot::Foot;
 use super::friction::{Friction, friction};
+use super::points::{ContactPoint, each_point_of};
+use super::surfaces::{PairTables, Search};
 use super::system::{Assembled, System};
 use super::unsymmetric::Slot;
 use crate::assembly::state::State;
 use crate::mesh::Facet;
 use crate::problem::contact::{Anchor, ContactState, Gap};
-use crate::problem::{Contact, Obstacle, Pairing, Problem, Walls};
+use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
 
 /// Gap over the accepted overlap at which a point counts as touching.
 const TOUCHING: f64 = 1e-6;
 
-/// A contact point of a surface against an obstacle.
-struct ContactPoint<'p> {
-    /// Number of the facet in its surface.
+/// What a contact point moves with: factors of the displacements of its nodes in the distance
+/// from what it touches.
+struct Moves<'m> {
+    nodes: &'m [u32],
+    factors: &'m [f64],
+    /// Places of the nodes in the matrix; none where it has none.
+    places: Option<&'m [u32]>,
+}
+
+/// A point of a surface over another one.
+struct Meeting {
+    /// Number of the facet of the second surface.
     facet: usize,
-    /// Number of the point in its surface.
-    number: usize,
-    /// Nodes of the facet and their shape functions.
-    nodes: &'p [u32],
-    values: &'p [f64],
-    /// Undeformed area that it stands for.
-    area: f64,
-    /// Undeformed and present place.
-    rest: [f64; 3],
-    place: [f64; 3],
+    foot: Foot,
+    gap: Gap,
+    pressure: f64,
 }
 
 impl System {
-    /// Every contact point of a surface, in order.
+    /// Every contact point of a surface, in order, at the usual points of its facets.
     fn each_contact_point(
         &self,
         problem: &Problem,
@@ -36,35 +43,8 @@ impl System {
         places: &[[f64; 3]],
         hears: &mut dyn FnMut(&ContactPoint<'_>),
     ) {
-        let mut number = 0;
-        for (facet, &side) in surface.iter().enumerate() {
-            let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
-            let shape = problem.mesh.shape(side.cell as usize).facet_shape();
-            let undeformed: Vec<[f64; 3]> = nodes
-                .iter()
-                .map(|&node| problem.mesh.points[node as usize])
-                .collect();
-            let table = self.facet_table(shape);
-            for point in table.points(&undeformed, problem.kinematics) {
-                let values = &point.shapes.values;
-                let mut place = [0.0; 3];
-                for (n, &node) in nodes.iter().enumerate() {
-                    for d in 0..3 {
-                        place[d] += values[n] * places[node as usize][d];
-                    }
-                }
-                hears(&ContactPoint {
-                    facet,
-                    number,
-                    nodes: &nodes,
-                    values,
-                    area: point.area(),
-                    rest: point.place,
-                    place,
-                });
-                number += 1;
-            }
-        }
+        let table_of = |_, shape| self.facet_table(shape);
+        each_point_of(problem, surface, (&table_of, places), hears);
     }
 
     /// Adds an obstacle, by the number of its contact.
@@ -91,6 +71,11 @@ impl System {
             out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
             out.rounding += rounding(obstacle.stiffness, area, point.place);
             let rubbing = rub(obstacle, contact, point, (&gap, shift), pressure);
+            let moves = Moves {
+                nodes: point.nodes,
+                factors: point.values,
+                places: Some(&self.contact_places[number][point.facet]),
+            };
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
                     area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
@@ -100,62 +85,70 @@ impl System {
             });
             let push =
                 std::array::from_fn(|i| area * (rubbing.traction[i] - pressure * gap.normal[i]));
-            let places = &self.contact_places[number][point.facet];
-            self.push(point, places, &push, &bend, out);
+            self.push(&moves, &push, &bend, out);
             if let Some((direction, parameter)) = obstacle.travel {
                 self.travel(point, direction, parameter.0, (&push, &bend), out);
             }
             if rubbing.sliding != [0.0; 3] {
                 // The bound of a point that slides follows its pressure.
                 let slope = obstacle.friction * obstacle.stiffness;
-                let forces = self.along(obstacle, point, rubbing.sliding.map(|d| area * d));
-                let motion = self.along(obstacle, point, gap.normal.map(|n| -slope * n));
-                out.add_unsymmetric(&forces, &motion);
+                let (forces, motion) = (
+                    rubbing.sliding.map(|d| area * d),
+                    gap.normal.map(|n| -slope * n),
+                );
+                let mut slots = [self.along(&moves, forces), self.along(&moves, motion)];
+                if let Some((direction, parameter)) = obstacle.travel {
+                    for (slots, vector) in slots.iter_mut().zip([forces, motion]) {
+                        let travel: f64 = (0..3).map(|d| vector[d] * direction[d]).sum();
+                        slots.push((Slot::Parameter(parameter.0), -travel));
+                    }
+                }
+                out.add_unsymmetric(&slots[0], &slots[1]);
             }
         });
     }
 
-    /// A vector at a contact point over the nodes of its facet and the travel of its obstacle.
-    fn along(
-        &self,
-        obstacle: &Obstacle,
-        point: &ContactPoint<'_>,
-        vector: [f64; 3],
-    ) -> Vec<(Slot, f64)> {
+    /// A vector at a contact point over the nodes that move it.
+    fn along(&self, moves: &Moves<'_>, vector: [f64; 3]) -> Vec<(Slot, f64)> {
         let mut slots = Vec::new();
-        for (&node, value) in point.nodes.iter().zip(point.values) {
+        for (&node, factor) in moves.nodes.iter().zip(moves.factors) {
             for i in 0..self.unknowns.components() {
                 let slot = self.slot(node, i);
-                slots.extend(slot.map(|(slot, factor)| (slot, factor * value * vector[i])));
+                slots.extend(slot.map(|(slot, driven)| (slot, driven * factor * vector[i])));
             }
-        }
-        if let Some((direction, parameter)) = obstacle.travel {
-            let travel: f64 = (0..3).map(|d| vector[d] * direction[d]).sum();
-            slots.push((Slot::Parameter(parameter.0), -travel));
         }
         slots
     }
 
     /// Adds a force on a contact point with its derivative by the place.
-    fn push(
+    fn push(&self, moves: &Moves<'_>, push: &[f64; 3], bend: &[[f64; 3]; 3], out: &mut Assembled) {
+        let factors = moves.factors;
+        self.push_by(moves, push, out, |i, a, j, b| {
+            factors[a] * factors[b] * bend[i][j]
+        });
+    }
+
+    /// Adds a force on a contact point with its derivative by the nodes.
+    fn push_by(
         &self,
-        point: &ContactPoint<'_>,
-        places: &[u32],
+        moves: &Moves<'_>,
         push: &[f64; 3],
-        bend: &[[f64; 3]; 3],
         out: &mut Assembled,
+        of: impl Fn(usize, usize, usize, usize) -> f64,
     ) {
         let components = self.unknowns.components();
-        for (&node, value) in point.nodes.iter().zip(point.values) {
+        for (&node, factor) in moves.nodes.iter().zip(moves.factors) {
             for i in 0..components {
-                out.forces[node as usize * components + i] += push[i] * value;
+                out.forces[node as usize * components + i] += push[i] * factor;
             }
         }
-        let of =
-            |i: usize, a: usize, j: usize, b: usize| point.values[a] * point.values[b] * bend[i][j];
-        self.unknowns
-            .scatter(point.nodes, places, &mut out.values, of);
-        self.couple(point.nodes, out, of);
+        match moves.places {
+            Some(places) => self
+                .unknowns
+                .scatter(moves.nodes, places, &mut out.values, &of),
+            None => out.incomplete = true,
+        }
+        self.couple(moves.nodes, out, of);
     }
 
     /// Adds what the travel of the obstacle does to a force on a contact point.
@@ -179,6 +172,132 @@ impl System {
         }
     }
 
+    /// Adds surfaces that meet, by the number of their contact.
+    pub(super) fn add_pair(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        (number, pair): (usize, &SurfacePair),
+        out: &mut Assembled,
+    ) {
+        let (Some(tables), contact) = (&self.pairs[number], &state.contacts[number]) else {
+            return;
+        };
+        // A body that just touches is held there before it is pressed.
+        let touching = TOUCHING * pair.stiffness * pair.overlap_limit;
+        let of = (contact, places);
+        each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+            let Some(meeting) = meeting.filter(|meeting| meeting.pressure >= -touching) else {
+                return;
+            };
+            let pressure = meeting.pressure.max(0.0);
+            let area = tables.share * point.area;
+            out.energy += 0.5 * pressure * pressure / pair.stiffness * area;
+            out.rounding += rounding(pair.stiffness, area, point.place);
+            let pairing = (point.facet, meeting.facet);
+            let (nodes, numbers) = (tables.nodes(pairing), tables.numbers(pairing));
+            let factors = factors(&numbers, point.values, &meeting.foot.shapes.values);
+            let moves = Moves {
+                nodes: &nodes,
+                factors: &factors,
+                places: tables.places_of(pairing),
+            };
+            let normal = meeting.gap.normal;
+            let second = if pressure > 0.0 {
+                meeting.foot.curvature(point.values)
+            } else {
+                None
+            };
+            let own = point.values.len();
+            let size = 3 * (own + meeting.foot.shapes.values.len());
+            // A node of both facets counts in either.
+            let turned = |i: usize, a: usize, j: usize, b: usize| -> f64 {
+                let Some(second) = &second else {
+                    return 0.0;
+                };
+                let parts = |n: usize| {
+                    let [first, other] = numbers[n];
+                    [first, other.map(|k| own + k)].into_iter().flatten()
+                };
+                let columns = parts(b);
+                parts(a)
+                    .flat_map(|row| columns.clone().map(move |column| (row, column)))
+                    .map(|(row, column)| second[(3 * row + i) * size + 3 * column + j])
+                    .sum()
+            };
+            let stiff = area * pair.stiffness;
+            self.push_by(
+                &moves,
+                &normal.map(|n| -area * pressure * n),
+                out,
+                |i, a, j, b| {
+                    stiff * factors[a] * factors[b] * normal[i] * normal[j]
+                        - area * pressure * turned(i, a, j, b)
+                },
+            );
+            // It acts on the second surface where the point is, near to its anchor while it sticks.
+            let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
+            else {
+                return;
+            };
+            let bend = rubbing.tangent.map(|row| row.map(|entry| area * entry));
+            self.push(&moves, &rubbing.traction.map(|t| area * t), &bend, out);
+            if rubbing.sliding != [0.0; 3] {
+                let slope = pair.friction * pair.stiffness;
+                let forces = self.along(&moves, rubbing.sliding.map(|d| area * d));
+                let motion = self.along(&moves, normal.map(|n| -slope * n));
+                out.add_unsymmetric(&forces, &motion);
+            }
+        });
+    }
+
+    /// Pairs of facets of each contact between surfaces that touch in a state or are near to it.
+    pub(super) fn near_pairs(
+        &self,
+        problem: &Problem,
+        state: &State,
+    ) -> Vec<BTreeSet<(usize, usize)>> {
+        let places = state.places(&problem.mesh);
+        let contacts = problem.contacts.iter().enumerate();
+        let each = contacts.map(|(number, contact)| {
+            let mut near = BTreeSet::new();
+            let (Contact::Surfaces(pair), Some(tables)) = (contact, &self.pairs[number]) else {
+                return near;
+            };
+            let known = &state.contacts[number];
+            let of = (known, places.as_slice());
+            each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+                let Some(meeting) = meeting else {
+                    return;
+                };
+                if meeting.pressure > 0.0 || meeting.foot.distance <= tables.near() {
+                    tables.add_near(point.facet, meeting.facet, &mut near);
+                }
+            });
+            near
+        });
+        each.collect()
+    }
+
+    /// The contact whose surfaces have moved farther between two states than it looks, with that
+    /// way and its reach, m.
+    pub(crate) fn leapt(
+        &self,
+        problem: &Problem,
+        before: &State,
+        after: &State,
+    ) -> Option<(usize, f64, f64)> {
+        let mut contacts = problem.contacts.iter().zip(&self.pairs).enumerate();
+        contacts.find_map(|(number, (contact, tables))| {
+            let (Contact::Surfaces(pair), Some(tables)) = (contact, tables) else {
+                return None;
+            };
+            let way = tables.greatest_way(&before.displacement, &after.displacement);
+            (way > pair.reach).then_some((number, way, pair.reach))
+        })
+    }
+
     /// Adds walls that meet, by the number of their contact.
     pub(super) fn add_walls(
         &self,
@@ -191,7 +310,7 @@ impl System {
         for (at, point) in walls.points.iter().enumerate() {
             let multiplier = state.contacts[number].multiplier(at);
             let energy = point.energy(places, walls.stiffness, multiplier);
-            if energy.pressure <= 0.0 {
+            if energy.pressure <= 0.0 && !point.is_bound() {
                 continue;
             }
             out.rounding += rounding(
@@ -241,10 +360,24 @@ impl System {
                     let energy = point.energy(places, walls.stiffness, contact.multiplier(at));
                     let relieved = matches!(point.pairing, Pairing::Opposite(_));
                     let rest = problem.mesh.points[point.nodes[0] as usize];
-                    probe.note(energy.gap, energy.pressure, rest, relieved);
+                    if point.is_bound() {
+                        // A gap is as wrong as an overlap.
+                        probe.note(-energy.gap.abs(), f64::INFINITY, rest, true);
+                        probe.pressures[at] = energy.pressure;
+                    } else {
+                        probe.note(energy.gap, energy.pressure, rest, relieved);
+                    }
                     probe.tractions.push([0.0; 3]);
                     probe.normals.push([0.0; 3]);
                     probe.areas.push(point.weight);
+                }
+            }
+            Contact::Surfaces(pair) => {
+                if let Some(tables) = &self.pairs[number] {
+                    let of = (contact, places);
+                    each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+                        probe.note_meeting((tables, pair), contact, (point, meeting), places);
+                    });
                 }
             }
             Contact::Obstacle(obstacle) => {
@@ -273,29 +406,121 @@ impl System {
     pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
         let places = state.places(&problem.mesh);
         for (number, contact) in problem.contacts.iter().enumerate() {
-            let Contact::Obstacle(obstacle) = contact else {
-                continue;
-            };
-            if obstacle.friction <= 0.0 {
-                continue;
-            }
-            let shift = shift_of(obstacle, state);
             let old = &state.contacts[number];
             let mut anchors = Vec::new();
-            self.each_contact_point(problem, &obstacle.surface, &places, &mut |point| {
-                let gap = obstacle.shape.gap(point.place, shift);
-                let pressure = old.multiplier(point.number) - obstacle.stiffness * gap.distance;
-                let here = std::array::from_fn(|d| point.place[d] - shift[d]);
-                let bound = obstacle.friction * pressure;
-                let anchor = || match old.anchor(point.number) {
-                    Some(old) => friction(&gap, here, old, obstacle.stiffness, bound).anchor,
-                    None => here,
-                };
-                anchors.push((pressure > 0.0).then(|| Anchor { place: anchor() }));
-            });
+            match contact {
+                Contact::Obstacle(obstacle) if obstacle.friction > 0.0 => {
+                    let shift = shift_of(obstacle, state);
+                    let surface = &obstacle.surface;
+                    self.each_contact_point(problem, surface, &places, &mut |point| {
+                        let gap = obstacle.shape.gap(point.place, shift);
+                        let pressure =
+                            old.multiplier(point.number) - obstacle.stiffness * gap.distance;
+                        let here = std::array::from_fn(|d| point.place[d] - shift[d]);
+                        let bound = obstacle.friction * pressure;
+                        let anchor = || match old.anchor(point.number) {
+                            Some(old) => {
+                                friction(&gap, here, old.place, obstacle.stiffness, bound).anchor
+                            }
+                            None => here,
+                        };
+                        anchors.push((pressure > 0.0).then(|| Anchor {
+                            place: anchor(),
+                            facet: None,
+                        }));
+                    });
+                }
+                Contact::Surfaces(pair) if pair.friction > 0.0 => {
+                    let Some(tables) = &self.pairs[number] else {
+                        continue;
+                    };
+                    let of = (old, places.as_slice());
+                    each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+                        anchors.push(meeting.map(|meeting| {
+                            // A point that comes to touch rubs from where it was.
+                            let rubbing = if meeting.pressure > 0.0 {
+                                rub_surface((tables, pair), old, point, &meeting, &places)
+                            } else {
+                                None
+                            };
+                            match rubbing {
+                                // It sticks, or has slid to a new place.
+                                Some(rubbing) if rubbing.sliding == [0.0; 3] => {
+                                    old.anchor(point.number).unwrap_or_default()
+                                }
+                                Some(rubbing) => tables.anchor_at(
+                                    (&meeting.foot, meeting.facet),
+                                    rubbing.anchor,
+                                    &places,
+                                ),
+                                None => Anchor {
+                                    place: meeting.foot.at,
+                                    facet: Some(meeting.facet as u32),
+                                },
+                            }
+                        }));
+                    });
+                }
+                _ => continue,
+            }
             state.contacts[number].anchors = anchors;
         }
     }
+}
+
+/// Factors of the nodes of a pair of facets in the distance of a point of the first from one of
+/// the second, by the shape functions of both.
+fn factors(numbers: &[[Option<usize>; 2]], first: &[f64], second: &[f64]) -> Vec<f64> {
+    let value = |values: &[f64], number: Option<usize>| number.map_or(0.0, |k| values[k]);
+    let factors = numbers.iter();
+    factors
+        .map(|&[own, other]| value(first, own) - value(second, other))
+        .collect()
+}
+
+/// Every contact point of a pair, with what it is over.
+fn each_meeting(
+    problem: &Problem,
+    (contact, places): (&ContactState, &[[f64; 3]]),
+    (tables, pair): (&PairTables, &SurfacePair),
+    hears: &mut dyn FnMut(&ContactPoint<'_>, Option<Meeting>),
+) {
+    let mut search = Search::new(tables, places);
+    let table_of = |facet, _| &tables.tables[facet];
+    each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
+        let meeting = search.nearest(point).map(|(facet, foot)| Meeting {
+            facet,
+            gap: Gap {
+                distance: foot.distance,
+                normal: foot.normal,
+                curvature: [[0.0; 3]; 3],
+            },
+            pressure: contact.multiplier(point.number) - pair.stiffness * foot.distance,
+            foot,
+        });
+        hears(point, meeting);
+    });
+}
+
+/// Friction at a point that touches a surface; none before it has an anchor.
+fn rub_surface(
+    (tables, pair): (&PairTables, &SurfacePair),
+    contact: &ContactState,
+    point: &ContactPoint<'_>,
+    meeting: &Meeting,
+    places: &[[f64; 3]],
+) -> Option<Friction> {
+    let anchor = contact.anchor(point.number)?;
+    let facet = anchor.facet? as usize;
+    let held = tables.place_on(facet, anchor.place, places);
+    let bound = pair.friction * meeting.pressure.max(0.0);
+    Some(friction(
+        &meeting.gap,
+        point.place,
+        held,
+        pair.stiffness,
+        bound,
+    ))
 }
 
 /// Friction at a point that touches; none before it has an anchor.
@@ -311,7 +536,7 @@ fn rub(
         .map_or_else(Friction::default, |anchor| {
             let here = std::array::from_fn(|d| point.place[d] - shift[d]);
             let bound = obstacle.friction * pressure;
-            friction(gap, here, anchor, obstacle.stiffness, bound)
+            friction(gap, here, anchor.place, obstacle.stiffness, bound)
         })
 }
 
@@ -336,11 +561,12 @@ pub struct ContactProbe {
     pub pressures: Vec<f64>,
     /// Friction on the body at each contact point, Pa.
     pub tractions: Vec<[f64; 3]>,
-    /// Unit normal out of the obstacle at each contact point; zero between walls.
+    /// Unit normal out of the obstacle or the second surface at each contact point; zero between
+    /// walls.
     pub normals: Vec<[f64; 3]>,
     /// Undeformed area that each contact point stands for, m2 (m in plane strain).
     pub areas: Vec<f64>,
-    /// Gap at each contact point, m.
+    /// Gap at each contact point, m; infinite where a surface meets nothing within reach.
     pub gaps: Vec<f64>,
     /// Undeformed place of each contact point.
     pub at: Vec<[f64; 3]>,
@@ -348,18 +574,49 @@ pub struct ContactProbe {
     pub overlap: f64,
     /// Widest gap at a point that is pressed by its multiplier, m.
     pub lifted: f64,
-    /// Undeformed place of the point that hardly touches or hardly does not.
-    pub doubtful: Option<[f64; 3]>,
 }
 
 impl ContactProbe {
-    /// Force of the obstacle on the body, friction included, N (N/m in plane strain).
+    /// Force of the obstacle on the body, or of the second surface on the first, friction included, N (N/m in plane strain).
     pub fn force(&self) -> [f64; 3] {
         std::array::from_fn(|d| {
             let points = 0..self.pressures.len();
             let at = |k: usize| self.pressures[k] * self.normals[k][d] + self.tractions[k][d];
             points.map(|k| self.areas[k] * at(k)).sum()
         })
+    }
+
+    /// Pressure over the touching area, N (N/m in plane strain): for surfaces that meet
+    /// themselves, on which [`Self::force`] adds up to nothing.
+    pub fn force_size(&self) -> f64 {
+        let points = self.pressures.iter().zip(&self.areas);
+        points.map(|(pressure, area)| pressure * area).sum()
+    }
+
+    /// Notes a point of a surface, with what it meets.
+    fn note_meeting(
+        &mut self,
+        (tables, pair): (&PairTables, &SurfacePair),
+        contact: &ContactState,
+        (point, meeting): (&ContactPoint<'_>, Option<Meeting>),
+        places: &[[f64; 3]],
+    ) {
+        let (mut traction, mut normal) = ([0.0; 3], [0.0; 3]);
+        let (mut gap, mut pressure) = (f64::INFINITY, 0.0);
+        if let Some(meeting) = meeting {
+            gap = meeting.gap.distance;
+            pressure = meeting.pressure.max(0.0);
+            normal = meeting.gap.normal;
+            if pressure > 0.0
+                && let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
+            {
+                traction = rubbing.traction.map(|t| -t);
+            }
+        }
+        self.note(gap, pressure, point.rest, true);
+        self.tractions.push(traction);
+        self.normals.push(normal);
+        self.areas.push(tables.share * point.area);
     }
 
     fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {
@@ -371,10 +628,6 @@ impl ContactProbe {
             if pressure > 0.0 {
                 self.lifted = self.lifted.max(gap);
             }
-        }
-        let least = self.pressures.iter().copied().fold(0.0, f64::max) * 1e-6;
-        if self.doubtful.is_none() && gap < 0.0 && pressure < least {
-            self.doubtful = Some(at);
         }
     }
 }

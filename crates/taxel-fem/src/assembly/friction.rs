@@ -1,6 +1,6 @@
 //! Coulomb friction at a contact point.
 
-use crate::problem::contact::{Anchor, Gap};
+use crate::problem::contact::Gap;
 
 /// Traction that resists sliding, with its derivative by the place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,17 +16,17 @@ pub(crate) struct Friction {
     pub anchor: [f64; 3],
 }
 
-/// Friction of a point at `place` (in the frame of the obstacle): a stiff spring along
-/// the surface up to the bound (Pa), then constant.
+/// Friction of a point at `place` (in the frame of what it touches): a stiff spring from its
+/// anchor along the surface up to the bound (Pa), then constant.
 pub(crate) fn friction(
     gap: &Gap,
     place: [f64; 3],
-    anchor: Anchor,
+    anchor: [f64; 3],
     stiffness: f64,
     bound: f64,
 ) -> Friction {
     let n = gap.normal;
-    let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor.place[d]);
+    let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor[d]);
     let along: f64 = (0..3).map(|d| from[d] * n[d]).sum();
     let slide: [f64; 3] = std::array::from_fn(|d| from[d] - along * n[d]);
     let size = slide.iter().map(|s| s * s).sum::<f64>().sqrt();
@@ -36,7 +36,7 @@ pub(crate) fn friction(
             traction: slide.map(|s| stiffness * s),
             tangent: std::array::from_fn(|i| std::array::from_fn(|j| stiffness * flat(i, j))),
             sliding: [0.0; 3],
-            anchor: anchor.place,
+            anchor,
         };
     }
     let direction = slide.map(|s| s / size);
@@ -63,14 +63,13 @@ mod tests {
             curvature: [[0.0; 3]; 3],
         };
         let bound = 2.0;
-        let held = |place: [f64; 3]| Anchor { place };
-        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], held([0.0; 3]), 10.0, bound);
+        let at = |x: f64| friction(&gap, [x, -0.1, 0.0], [0.0; 3], 10.0, bound);
         assert_eq!(at(0.1).traction, [1.0, 0.0, 0.0]);
         assert_eq!(at(0.1).anchor, [0.0; 3]);
         assert_eq!(at(0.5).traction, [2.0, 0.0, 0.0]);
         assert!((at(0.5).anchor[0] - 0.3).abs() < 1e-15);
         // From its new anchor it carries the same traction.
-        let again = friction(&gap, [0.5, -0.1, 0.0], held(at(0.5).anchor), 10.0, bound);
+        let again = friction(&gap, [0.5, -0.1, 0.0], at(0.5).anchor, 10.0, bound);
         assert!((again.traction[0] - 2.0).abs() < 1e-14);
     }
 }

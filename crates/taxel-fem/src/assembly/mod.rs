@@ -3,8 +3,12 @@
 pub mod contact;
 pub mod dofs;
 mod edges;
+mod foot;
 mod friction;
 pub mod kernel;
+mod overlap;
+mod points;
 pub mod state;
+pub mod surfaces;
 pub mod system;
 pub mod unsymmetric;

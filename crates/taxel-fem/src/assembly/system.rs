@@ -4,6 +4,7 @@ use super::dofs::Unknowns;
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
+use super::surfaces::PairTables;
 use super::unsymmetric::{FreeEdge, Unsymmetric, free_edges};
 use crate::assembly::state::State;
 use crate::mesh::{Facet, FacetShape};
@@ -39,10 +40,14 @@ pub struct System {
     places: Vec<u32>,
     first_place: Vec<u32>,
     facets: Vec<FacetTable>,
+    /// True for each component of a node that is no unknown.
+    held: Vec<bool>,
     /// Parameter and factor that drive a component of a node.
     pub(super) driven: Vec<Option<(usize, f64)>>,
     /// Places in the matrix of each contact point's nodes, contact by contact.
     pub(super) contact_places: Vec<Vec<Vec<u32>>>,
+    /// Tables of each contact between surfaces; none of the others.
+    pub(super) pairs: Vec<Option<PairTables>>,
     /// Places of the nodes of loaded facets, in the order pressures then cavities.
     facet_places: Vec<Vec<Vec<u32>>>,
     /// Free edges of loaded surfaces, in the same order.
@@ -70,6 +75,9 @@ pub struct Assembled {
     pub cross: Vec<Vec<f64>>,
     /// The part of the tangent that is not symmetric.
     pub unsymmetric: Unsymmetric,
+    /// True if surfaces touch for which the matrix has no place yet: their forces are in the
+    /// residual, but not in the tangent.
+    pub incomplete: bool,
     /// Change of each force along a parameter with the unknowns, beyond its coupling.
     pub force_slopes: Vec<Vec<(usize, f64)>>,
     /// Volumes of the cavities.
@@ -105,19 +113,7 @@ impl System {
                 }
             }
         }
-        let pairs = problem.contacts.iter().flat_map(|contact| match contact {
-            Contact::Walls(walls) => walls.points.as_slice(),
-            Contact::Obstacle(_) => &[],
-        });
-        let groups = (0..mesh.cell_count())
-            .map(|cell| mesh.cell(cell))
-            .chain(pairs.map(|point| point.nodes.as_slice()));
-        let unknowns = Unknowns::new(
-            &mesh.points,
-            components,
-            |node, i| held[node as usize * components + i],
-            groups,
-        );
+        let unknowns = number(problem, &held, &[]);
         let mut system = Self {
             kernel_of: Vec::new(),
             places: Vec::new(),
@@ -126,7 +122,9 @@ impl System {
                 .map(FacetTable::new)
                 .into(),
             driven,
+            held,
             contact_places: Vec::new(),
+            pairs: Vec::new(),
             facet_places: Vec::new(),
             free_edges: Vec::new(),
             kernels: Vec::new(),
@@ -137,34 +135,70 @@ impl System {
         for cell in 0..mesh.cell_count() {
             let number = system.kernel_for(problem, cell, Points::Usual);
             system.kernel_of.push(number);
-            system
-                .places
-                .extend(system.unknowns.cell_places(mesh.cell(cell)));
-            system.first_place.push(system.places.len() as u32);
         }
-        system.contact_places = problem
+        system.pairs = problem
+            .contacts
+            .iter()
+            .map(|contact| match contact {
+                Contact::Surfaces(pair) => Some(PairTables::new(mesh, pair)),
+                Contact::Obstacle(_) | Contact::Walls(_) => None,
+            })
+            .collect();
+        let edges = pressed(problem).map(|surface| free_edges(mesh, surface));
+        system.free_edges = edges.collect();
+        system.find_places(problem);
+        if system.pairs.iter().any(Option::is_some) {
+            system.extend(problem, &State::rest(problem));
+        }
+        Ok(system)
+    }
+
+    /// Numbers the unknowns anew, with a place in the matrix for the facets that touch in a state
+    /// or are near to it.
+    pub(crate) fn extend(&mut self, problem: &Problem, state: &State) {
+        let near = self.near_pairs(problem, state);
+        let groups: Vec<Vec<u32>> = self
+            .pairs
+            .iter()
+            .zip(&near)
+            .filter_map(|(tables, near)| Some((tables.as_ref()?, near)))
+            .flat_map(|(tables, near)| near.iter().map(|&pair| tables.nodes(pair)))
+            .collect();
+        self.unknowns = number(problem, &self.held, &groups);
+        self.find_places(problem);
+        for (tables, near) in self.pairs.iter_mut().zip(&near) {
+            if let Some(tables) = tables {
+                tables.cover(near, &self.unknowns);
+            }
+        }
+    }
+
+    /// Finds the places of all groups of nodes in the matrix.
+    fn find_places(&mut self, problem: &Problem) {
+        let mesh = &problem.mesh;
+        self.places.clear();
+        self.first_place = vec![0];
+        for cell in 0..mesh.cell_count() {
+            self.places
+                .extend(self.unknowns.cell_places(mesh.cell(cell)));
+            self.first_place.push(self.places.len() as u32);
+        }
+        self.contact_places = problem
             .contacts
             .iter()
             .map(|contact| match contact {
                 Contact::Walls(walls) => walls
                     .points
                     .iter()
-                    .map(|point| system.unknowns.places(&point.nodes))
+                    .map(|point| self.unknowns.places(&point.nodes))
                     .collect(),
-                Contact::Obstacle(obstacle) => system.facet_places(problem, &obstacle.surface),
+                Contact::Obstacle(obstacle) => self.facet_places(problem, &obstacle.surface),
+                // Theirs change.
+                Contact::Surfaces(_) => Vec::new(),
             })
             .collect();
-        let pressed = problem.pressures.iter().map(|load| &load.surface);
-        let pressed: Vec<&Vec<Facet>> = pressed
-            .chain(problem.cavities.iter().map(|cavity| &cavity.wall))
-            .collect();
-        let places = pressed
-            .iter()
-            .map(|surface| system.facet_places(problem, surface));
-        system.facet_places = places.collect();
-        let edges = pressed.iter().map(|surface| free_edges(mesh, surface));
-        system.free_edges = edges.collect();
-        Ok(system)
+        let places = pressed(problem).map(|surface| self.facet_places(problem, surface));
+        self.facet_places = places.collect();
     }
 
     /// Number of the kernel for a cell with these points of integration.
@@ -342,6 +376,9 @@ impl System {
             match contact {
                 Contact::Obstacle(obstacle) => {
                     self.add_obstacle(problem, state, &places, (number, obstacle), &mut out);
+                }
+                Contact::Surfaces(pair) => {
+                    self.add_pair(problem, state, &places, (number, pair), &mut out);
                 }
                 Contact::Walls(walls) => self.add_walls(state, &places, (number, walls), &mut out),
             }
@@ -588,6 +625,32 @@ impl System {
             }
         }
     }
+}
+
+/// Surfaces that carry a pressure: of pressures, then of cavities.
+fn pressed(problem: &Problem) -> impl Iterator<Item = &Vec<Facet>> {
+    let loads = problem.pressures.iter().map(|load| &load.surface);
+    loads.chain(problem.cavities.iter().map(|cavity| &cavity.wall))
+}
+
+/// Numbers the unknowns; `beside` are groups of nodes that act on each other beside cells and
+/// paired walls.
+fn number(problem: &Problem, held: &[bool], beside: &[Vec<u32>]) -> Unknowns {
+    let (mesh, components) = (&problem.mesh, problem.kinematics.components());
+    let walls = problem.contacts.iter().flat_map(|contact| match contact {
+        Contact::Walls(walls) => walls.points.as_slice(),
+        Contact::Obstacle(_) | Contact::Surfaces(_) => &[],
+    });
+    let groups = (0..mesh.cell_count())
+        .map(|cell| mesh.cell(cell))
+        .chain(walls.map(|point| point.nodes.as_slice()))
+        .chain(beside.iter().map(Vec::as_slice));
+    Unknowns::new(
+        &mesh.points,
+        components,
+        |node, i| held[node as usize * components + i],
+        groups,
+    )
 }
 
 struct Pressed<'l> {

@@ -100,6 +100,25 @@ impl Material {
         Ok(Self { law, volumetric })
     }
 
+    /// A solid that keeps its volume. The constants of its law are checked where a problem is
+    /// posed ([`Problem::check`](crate::problem::Problem::check)); [`Self::new`] checks them at once.
+    pub const fn incompressible(law: Law) -> Self {
+        Self {
+            law,
+            volumetric: Volumetric::Incompressible,
+        }
+    }
+
+    /// Resistance to a change of shape.
+    pub const fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Resistance to a change of volume.
+    pub const fn volumetric(&self) -> Volumetric {
+        self.volumetric
+    }
+
     /// Mooney and Rivlin's law with `U = (J - 1)^2 / d1`, that is `K = 2 / d1`; `c10` and
     /// `c01` in Pa, `d1` in 1/Pa, zero where the solid keeps its volume.
     ///
@@ -234,6 +253,9 @@ impl Law {
             }
             Self::LinearElastic { shear } => {
                 positive("shear modulus [Pa]", *shear)?;
+            }
+            Self::Energy(_) => {
+                positive("2 (dW/dI1 + dW/dI2) at rest [Pa]", self.shear_modulus())?;
             }
         }
         Ok(())

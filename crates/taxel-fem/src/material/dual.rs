@@ -1,12 +1,23 @@
-//! Numbers that carry two first derivatives and their mixed second one: the
-//! independent judge of stresses and tangents that were derived by hand.
+//! Numbers that carry two first derivatives and their mixed second one: they derive an energy
+//! that is given as a function, and are the independent judge of stresses and tangents that
+//! were derived by hand.
 
 use crate::scalar::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `value + first x + second y + mixed x y` with `x^2 = y^2 = 0`.
+/// `value + first x + second y + mixed x y` with `x^2 = y^2 = 0` (a hyper-dual number, Fike and
+/// Alonso 2011): a function of such numbers comes with its derivatives, exact to rounding.
+///
+/// ```
+/// use taxel_fem::material::Dual;
+///
+/// let two = Dual::from(2.0);
+/// assert_eq!((two * 3.0 + 1.0).value(), 7.0);
+/// assert_eq!((two.powf(3.0) - two.exp() / two.exp()).value(), 7.0);
+/// ```
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Dual {
+#[must_use]
+pub struct Dual {
     pub(super) value: f64,
     pub(super) first: f64,
     pub(super) second: f64,
@@ -14,6 +25,32 @@ pub(super) struct Dual {
 }
 
 impl Dual {
+    /// The number without its derivatives.
+    pub fn value(self) -> f64 {
+        self.value
+    }
+
+    /// Power of a positive number.
+    pub fn powf(self, exponent: f64) -> Self {
+        self.power(exponent)
+    }
+
+    /// Square root of a positive number.
+    pub fn sqrt(self) -> Self {
+        self.power(0.5)
+    }
+
+    /// Exponential function.
+    pub fn exp(self) -> Self {
+        let value = libm::exp(self.value);
+        self.through(value, value, value)
+    }
+
+    /// Natural logarithm of a positive number.
+    pub fn ln(self) -> Self {
+        self.logarithm()
+    }
+
     /// A function of this number, from its value and its two derivatives there.
     fn through(self, value: f64, slope: f64, curvature: f64) -> Self {
         Self {
@@ -66,6 +103,35 @@ impl Div for Dual {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         self * other.power(-1.0)
+    }
+}
+impl From<f64> for Dual {
+    fn from(value: f64) -> Self {
+        Self::constant(value)
+    }
+}
+impl Add<f64> for Dual {
+    type Output = Self;
+    fn add(self, other: f64) -> Self {
+        self + Self::constant(other)
+    }
+}
+impl Sub<f64> for Dual {
+    type Output = Self;
+    fn sub(self, other: f64) -> Self {
+        self + Self::constant(-other)
+    }
+}
+impl Mul<f64> for Dual {
+    type Output = Self;
+    fn mul(self, other: f64) -> Self {
+        self * Self::constant(other)
+    }
+}
+impl Mul<Dual> for f64 {
+    type Output = Dual;
+    fn mul(self, other: Dual) -> Dual {
+        other * self
     }
 }
 impl Scalar for Dual {

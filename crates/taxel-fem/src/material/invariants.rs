@@ -36,7 +36,17 @@ struct Parts<S> {
 #[inline(always)]
 pub(super) fn isochoric<S: Scalar>(f: &Tensor<S>) -> Isochoric<S> {
     let r = determinant(f).inverse_cube_root();
-    let b = scaled(&left_cauchy_green(f), r * r);
+    with_invariants(scaled(&left_cauchy_green(f), r * r))
+}
+
+/// The same from `F F^T`.
+pub(super) fn of_left(b: &Symmetric<f64>) -> Isochoric<f64> {
+    let full = std::array::from_fn(|i| std::array::from_fn(|j| b[PLACE[i][j]]));
+    with_invariants(scaled(b, determinant(&full).inverse_cube_root()))
+}
+
+#[inline(always)]
+fn with_invariants<S: Scalar>(b: Symmetric<S>) -> Isochoric<S> {
     let square = square(&b);
     let first = b[0] + b[1] + b[2];
     Isochoric {
@@ -44,6 +54,18 @@ pub(super) fn isochoric<S: Scalar>(f: &Tensor<S>) -> Isochoric<S> {
         square,
         first,
         second: (first * first - (square[0] + square[1] + square[2])) * S::constant(0.5),
+    }
+}
+
+impl Isochoric<f64> {
+    /// `dev b` and `dev (I1 b - b^2)`: half of what the invariants change with a rate of strain.
+    pub(super) fn slopes(&self) -> [Symmetric<f64>; 2] {
+        let second = sum(&scaled(&self.b, self.first), &scaled(&self.square, -1.0));
+        let mean = |a: &Symmetric<f64>| (a[0] + a[1] + a[2]) / 3.0;
+        [
+            deviator(&self.b, mean(&self.b)),
+            deviator(&second, mean(&second)),
+        ]
     }
 }
 

@@ -7,8 +7,8 @@
 //! an ordinary case.
 
 mod constants;
-#[cfg(test)]
 mod dual;
+mod energy;
 pub mod homogeneous;
 mod invariants;
 mod ogden;
@@ -19,6 +19,8 @@ mod tests;
 pub mod viscoelastic;
 
 pub use constants::MaterialError;
+pub use dual::Dual;
+pub use energy::EnergyFunction;
 
 use crate::scalar::{Scalar, Symmetric, Tensor};
 use invariants::{Isochoric, Slopes};
@@ -69,6 +71,8 @@ pub enum Law {
         /// Shear modulus `G`, Pa.
         shear: f64,
     },
+    /// An energy of the invariants, given as a function.
+    Energy(EnergyFunction),
 }
 
 /// One term `mu/a (l1^a + l2^a + l3^a - 3)` of Ogden's law; its part of the shear
@@ -92,13 +96,18 @@ pub enum Volumetric {
     Logarithmic(f64),
 }
 
-/// A solid.
+/// A solid. It is made by [`Material::new`] or one of its like, which check the constants:
+/// a solid of a negative bulk modulus cannot be written down.
+///
+/// ```compile_fail
+/// use taxel_fem::material::{Law, Material, Volumetric};
+/// let volumetric = Volumetric::Quadratic(-1.0);
+/// let solid = Material { law: Law::neo_hookean(1.0), volumetric };
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Resistance to a change of shape.
-    pub law: Law,
-    /// Resistance to a change of volume.
-    pub volumetric: Volumetric,
+    pub(crate) law: Law,
+    pub(crate) volumetric: Volumetric,
 }
 
 impl Law {
@@ -109,6 +118,10 @@ impl Law {
             Self::Yeoh { c10, .. } => 2.0 * c10,
             Self::Ogden { terms } => terms.iter().map(|t| t.modulus * t.exponent / 2.0).sum(),
             Self::LinearElastic { shear } => *shear,
+            Self::Energy(energy) => {
+                let [first, second] = energy.derived([3.0; 2]).first;
+                2.0 * (first + second)
+            }
         }
     }
 
@@ -118,6 +131,9 @@ impl Law {
     pub fn response<S: Scalar>(&self, f: &Tensor<S>) -> Response<S> {
         if let Self::Ogden { terms } = self {
             return ogden::response(f, terms);
+        }
+        if let Self::Energy(energy) = self {
+            return energy::response(f, *energy);
         }
         let at = invariants::isochoric(f);
         let (slopes, c2) = self.slopes(&at);
@@ -144,7 +160,8 @@ impl Law {
                 k(shear / 3.0),
                 -shear / 2.0,
             ),
-            Self::Ogden { .. } => (k(0.0), k(0.0), k(0.0), 0.0),
+            // By their own ways.
+            Self::Ogden { .. } | Self::Energy(_) => (k(0.0), k(0.0), k(0.0), 0.0),
         };
         let slopes = Slopes {
             energy: energy + k(c2) * y,

@@ -9,6 +9,7 @@ mod cell;
 mod crossing_voids;
 mod error;
 pub mod gmsh;
+mod join;
 mod patchwork;
 pub mod polygon;
 mod promote;
@@ -126,6 +127,25 @@ impl Mesh {
         nodes.sort_unstable();
         nodes.dedup();
         Some(nodes)
+    }
+
+    /// Mean distance of neighbouring corners of the facets of a surface, m; zero without facets.
+    pub fn mean_side(&self, surface: &[Facet]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for &facet in surface {
+            let nodes: Vec<u32> = self.facet_nodes(facet).collect();
+            let corners = match self.shape(facet.cell as usize).facet_shape() {
+                FacetShape::Line3 => 2,
+                FacetShape::Tri7 => 3,
+                FacetShape::Quad9 => 4,
+            };
+            for k in 0..corners {
+                let [a, b] = [k, (k + 1) % corners].map(|k| self.points[nodes[k] as usize]);
+                sum += (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt();
+                count += 1.0;
+            }
+        }
+        sum / f64::max(count, 1.0)
     }
 
     /// Sides of cells that belong to one cell only.

@@ -2,8 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::rigid::free_motion;
-use super::{Contact, Kinematics, Motion, Parameter, Problem, ProblemError, Quantity, Rule};
+use super::rigid::free_part;
+use super::{
+    Contact, Kinematics, Motion, Parameter, Problem, ProblemError, Quantity, Rule, SurfacePair,
+};
 use crate::material::Material;
 use crate::mesh::Facet;
 
@@ -23,8 +25,8 @@ impl Problem {
         self.check_loads()?;
         self.check_rules()?;
         // A contact may hold the body.
-        match free_motion(self).filter(|_| self.contacts.is_empty()) {
-            Some(motion) => Err(ProblemError::NotFixed(motion)),
+        match free_part(self).filter(|_| self.contacts.is_empty()) {
+            Some(part) => Err(ProblemError::NotFixed(part)),
             None => Ok(()),
         }
     }
@@ -101,11 +103,62 @@ impl Problem {
             self.check_component(cavity.axis)?;
             self.check_surface("cavity", cavity.pressure, &cavity.wall)?;
         }
-        for contact in &self.contacts {
-            if let Contact::Obstacle(obstacle) = contact
-                && let Some((_, parameter)) = obstacle.travel
-            {
-                self.check_parameter(parameter)?;
+        for (number, contact) in self.contacts.iter().enumerate() {
+            match contact {
+                Contact::Obstacle(obstacle) => {
+                    if let Some((_, parameter)) = obstacle.travel {
+                        self.check_parameter(parameter)?;
+                    }
+                }
+                Contact::Surfaces(pair) => self.check_pair(number, pair)?,
+                Contact::Walls(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn check_pair(&self, contact: usize, pair: &SurfacePair) -> Result<(), ProblemError> {
+        let facets = |surface: &[Facet]| -> Result<f64, ProblemError> {
+            surface.iter().try_for_each(|facet| {
+                no_more("cell", facet.cell as usize, self.mesh.cell_count())
+            })?;
+            Ok(surface.len() as f64)
+        };
+        let (first, second) = (facets(&pair.first)?, facets(&pair.second)?);
+        let some = "a surface with facets";
+        let positive = "a number above 0";
+        let least = f64::MIN_POSITIVE;
+        let bounds = [
+            (
+                "the number of facets of the first surface",
+                first,
+                1.0,
+                some,
+            ),
+            (
+                "the number of facets of the second surface",
+                second,
+                1.0,
+                some,
+            ),
+            ("the stiffness in Pa/m", pair.stiffness, least, positive),
+            ("the friction", pair.friction, 0.0, "0 or more"),
+            (
+                "the accepted overlap in m",
+                pair.overlap_limit,
+                least,
+                positive,
+            ),
+            ("the reach in m", pair.reach, least, positive),
+        ];
+        for (what, value, least, allowed) in bounds {
+            if !value.is_finite() || value < least {
+                return Err(ProblemError::Contact {
+                    contact,
+                    what,
+                    value,
+                    allowed,
+                });
             }
         }
         Ok(())

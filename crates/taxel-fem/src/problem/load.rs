@@ -44,9 +44,14 @@ pub struct FacetPoint<'t> {
 }
 
 impl FacetTable {
-    /// Tables of a shape.
+    /// Tables of a shape at its usual points.
     pub fn new(shape: FacetShape) -> Self {
-        let points = shape.quadrature().into_iter();
+        Self::at(shape, shape.quadrature())
+    }
+
+    /// Tables of a shape at these points.
+    pub fn at(shape: FacetShape, points: Vec<QuadraturePoint>) -> Self {
+        let points = points.into_iter();
         Self {
             points: points.map(|p| (p, shape.shapes(p.at))).collect(),
         }

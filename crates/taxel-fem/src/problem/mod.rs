@@ -16,10 +16,11 @@ use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
-pub use contact::{Contact, Obstacle, Pairing, Shape, WallPoint, Walls};
+pub use contact::{Contact, Obstacle, Pairing, Shape, SurfacePair, WallPoint, Walls};
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
-pub use rigid::FreeMotion;
+pub(crate) use rigid::free_part;
+pub use rigid::{FreeMotion, FreePart};
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -141,8 +142,8 @@ pub enum ProblemError {
         regions: String,
     },
     /// Nothing keeps the body from moving as a whole.
-    #[error("nothing holds the body against {0}: add a support or a contact")]
-    NotFixed(FreeMotion),
+    #[error("nothing holds {0}: add a support or a contact")]
+    NotFixed(FreePart),
     /// A component of displacement that there is not.
     #[error("there is no component {component} in {}: components are 0 to {last}", .kinematics.words())]
     Component {
@@ -174,6 +175,26 @@ pub enum ProblemError {
         what: &'static str,
         /// Name of its parameter.
         parameter: String,
+    },
+    /// A contact of a surface without facets, or with constants without sense.
+    #[error("contact {contact}: {what} is {value:.6e}; give {allowed}")]
+    Contact {
+        /// Number of the contact.
+        contact: usize,
+        /// The quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed, with its unit.
+        allowed: &'static str,
+    },
+    /// A point of a surface that is tied to nothing.
+    #[error("a tied surface has nothing to be tied to within {reach:.3e} m of ({:.6e}, {:.6e}, {:.6e}): name the surface that covers it, or leave out what is not covered", .place[0], .place[1], .place[2])]
+    NotTied {
+        /// Undeformed place of the point.
+        place: [f64; 3],
+        /// Distance within which it was looked for, m.
+        reach: f64,
     },
     /// A number beyond the last.
     #[error("there is no {what} number {number}: there are {count}, numbered from 0")]

@@ -50,15 +50,80 @@ impl std::fmt::Display for FreeMotion {
 /// Share of a whole motion below which a support does not feel it.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// A rigid motion that moves no held or driven component of a node; none where all are held.
-pub(super) fn free_motion(problem: &Problem) -> Option<FreeMotion> {
+/// A part of the body that its supports leave free to move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreePart {
+    /// A rigid motion that moves no held or driven component of it.
+    pub motion: FreeMotion,
+    /// Region of the part, if the body has several parts that share no node.
+    pub region: Option<String>,
+}
+
+impl std::fmt::Display for FreePart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.region {
+            Some(region) => write!(f, "the part {region:?} of the body against {}", self.motion),
+            None => write!(f, "the body against {}", self.motion),
+        }
+    }
+}
+
+/// The node that stands for the part of a node.
+fn root(above: &mut [u32], node: u32) -> u32 {
+    let mut node = node;
+    while above[node as usize] != node {
+        let next = above[above[node as usize] as usize];
+        above[node as usize] = next;
+        node = next;
+    }
+    node
+}
+
+/// The part of each node: nodes of one cell are of one part. Nodes of no cell have none.
+fn parts(mesh: &Mesh) -> Vec<Option<u32>> {
+    let mut above: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    let mut used = vec![false; mesh.points.len()];
+    for cell in 0..mesh.cell_count() {
+        let nodes = mesh.cell(cell);
+        let first = root(&mut above, nodes[0]);
+        for &node in nodes {
+            used[node as usize] = true;
+            let other = root(&mut above, node);
+            above[other as usize] = first;
+        }
+    }
+    (0..mesh.points.len() as u32)
+        .map(|node| used[node as usize].then(|| root(&mut above, node)))
+        .collect()
+}
+
+/// The first part of a body that its supports do not hold; none where all are held.
+pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
+    let parts = parts(&problem.mesh);
+    let mut roots: Vec<u32> = parts.iter().copied().flatten().collect();
+    roots.sort_unstable();
+    roots.dedup();
+    roots.iter().find_map(|&part| {
+        let of = |node: u32| parts[node as usize] == Some(part);
+        let motion = free_motion(problem, &of)?;
+        let mesh = &problem.mesh;
+        let mut cells = 0..mesh.cell_count();
+        let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
+        let region = (roots.len() > 1).then(|| mesh.regions[mesh.region_of(cell)].clone());
+        Some(FreePart { motion, region })
+    })
+}
+
+/// A rigid motion that moves no held or driven component of a node of a part; none where all are
+/// held.
+fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeMotion> {
     let mesh = &problem.mesh;
     let (middle, size) = extent(mesh);
     let motions = motions(problem.kinematics);
     // Rows of a triangle: a motion that all of them leave out is free.
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for support in &problem.supports {
-        for &node in &support.nodes {
+        for &node in support.nodes.iter().filter(|&&node| of_part(node)) {
             let x: [f64; 3] =
                 std::array::from_fn(|d| (mesh.points[node as usize][d] - middle[d]) / size);
             let mut row = [0.0; 6];

@@ -1,7 +1,7 @@
 //! Why a solution failed, and what would probably help.
 
 use crate::assembly::system::InvertedCell;
-use crate::problem::ProblemError;
+use crate::problem::{FreePart, ProblemError};
 use crate::sparse::LinearError;
 
 /// A solution that could not go on.
@@ -85,14 +85,31 @@ pub enum Reason {
         energies: Vec<f64>,
     },
     /// A contact point changes between touching and not.
-    #[error("contact {contact} chatters near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2])]
+    #[error("contact {contact} chatters: a point near ({:.6e}, {:.6e}, {:.6e}) touches in one iteration and not in the next, without end", .place[0], .place[1], .place[2])]
     Chatter {
         /// Number of the contact.
         contact: usize,
-        /// Undeformed place of a pair that hardly touches.
+        /// Undeformed place of the point of the greatest pressure that does.
         place: [f64; 3],
         /// Energy norms of the iterations.
         energies: Vec<f64>,
+    },
+    /// A part that only contacts can hold is not held by them.
+    #[error(
+        "only a contact could hold {0}, and none does: it does not touch there, or not in that direction"
+    )]
+    HeldByContact(FreePart),
+    /// Surfaces moved farther in a step than their contact looks.
+    #[error(
+        "a surface of contact {contact} moves by {way:.3e} m in one step, farther than its reach of {reach:.3e} m"
+    )]
+    Leapt {
+        /// Number of the contact.
+        contact: usize,
+        /// Way of the node that moves most, m.
+        way: f64,
+        /// Reach of the contact, m.
+        reach: f64,
     },
     /// A solid has no resistance left in some direction.
     #[error(
@@ -179,7 +196,15 @@ impl Reason {
             Self::LostEllipticity { .. } => {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
-            Self::Chatter { .. } => "Lower the contact stiffness or refine the touching surface",
+            Self::Chatter { .. } => {
+                "Lower the contact stiffness or refine the touching surface; allow smaller steps or more iterations"
+            }
+            Self::HeldByContact(_) => {
+                "Hold that motion by a support; or begin with the part in touch and drive it by a displacement until it is pressed, before it is loaded"
+            }
+            Self::Leapt { .. } => {
+                "Allow smaller steps, or give the contact a larger reach, below the thickness of the body there"
+            }
             Self::Volume { .. } => {
                 "The supports, contacts and cavities leave no volume to go to: free a surface, or give the solid a bulk modulus"
             }

@@ -65,9 +65,9 @@ impl Solver {
         parameters: &[Parameter],
     ) -> Result<Vec<LinearResponse>, Failure> {
         let usual = std::mem::replace(&mut self.system.elimination, STIFF);
-        let assembled = self.system.assemble(&self.problem, &self.state, true);
+        let assembled = self.assemble(&self.state.clone());
         self.system.elimination = usual;
-        let assembled = assembled.map_err(|error| Failure::at_start(error.into()))?;
+        let assembled = assembled.map_err(Failure::at_start)?;
         let pattern = &self.system.unknowns.pattern;
         self.factor
             .refactor(pattern, &assembled.values)

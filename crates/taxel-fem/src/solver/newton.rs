@@ -31,6 +31,14 @@ const LOST: f64 = 10.0;
 /// Least share of a change that is tried where the whole one turns a cell inside out.
 const SHORTEST: f64 = 0.03;
 
+/// A change overshoots if the forces along it grow to so many times those before it, of the
+/// other sign.
+const OVERSHOT: f64 = 2.0;
+
+/// The same in an iteration that has found no less energy for [`WANDERS`] iterations.
+const NEARER: f64 = 0.3;
+const WANDERS: usize = 3;
+
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
     pub(super) problem: Problem,
@@ -384,6 +392,13 @@ impl Solver {
             outcome = self.iterate(&mut trial, targets);
         }
         let mut step = outcome?;
+        if let Some((contact, way, reach)) = self.system.leapt(&self.problem, &self.state, &trial) {
+            return Err(Reason::Leapt {
+                contact,
+                way,
+                reach,
+            });
+        }
         // Rounds of multipliers change little: they are measured by the step's own scale.
         let scale = self.scale;
         for _ in 0..self.settings.rounds {
@@ -454,7 +469,11 @@ impl Solver {
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
         let mut missed = Missed::default();
+        let mut last = trial.clone();
         for iteration in 1..=self.settings.iterations {
+            if assembled.incomplete {
+                assembled = self.extend(trial)?;
+            }
             let values = &assembled.values;
             let definiteness = self
                 .factor
@@ -476,6 +495,7 @@ impl Solver {
             let settled = energy <= self.settings.tolerance * scale
                 || at_floor(&energies, assembled.rounding);
             let before = trial.clone();
+            last.clone_from(&before);
             let length = if alternates(&energies) { 0.5 } else { 1.0 };
             missed.hear(self.apply(trial, &before, &assembled, &change, length));
             // The first change moves the obstacles; what they meet is seen in the second.
@@ -503,10 +523,33 @@ impl Solver {
                     fraction: 0.0,
                 });
             }
-            let beginning = (iteration, length);
-            assembled = self.search(trial, &before, &assembled, &change, beginning)?;
+            // An iteration that wanders between sets of touching points has to come nearer with
+            // each change.
+            let allowed = if since_least(&energies) >= WANDERS {
+                NEARER
+            } else {
+                OVERSHOT
+            };
+            let bounds = (iteration, length, allowed);
+            assembled = self.search(trial, &before, &assembled, &change, bounds)?;
         }
-        Err(self.why_not(trial, &energies))
+        Err(self.why_not(trial, &last, &energies))
+    }
+
+    /// Assembles at a state, with a place in the matrix for all that touches there.
+    pub(super) fn assemble(&mut self, state: &State) -> Result<Assembled, Reason> {
+        let assembled = self.system.assemble(&self.problem, state, true)?;
+        if assembled.incomplete {
+            return self.extend(state);
+        }
+        Ok(assembled)
+    }
+
+    /// Numbers the unknowns anew for the surfaces that touch in a state, and assembles.
+    fn extend(&mut self, state: &State) -> Result<Assembled, Reason> {
+        self.system.extend(&self.problem, state);
+        self.factor = Cholesky::analyse(&self.system.unknowns.pattern)?;
+        Ok(self.system.assemble(&self.problem, state, true)?)
     }
 
     /// True if the iteration has stalled.
@@ -532,7 +575,7 @@ impl Solver {
         before: &State,
         assembled: &Assembled,
         change: &Change,
-        (iteration, mut length): (usize, f64),
+        (iteration, mut length, allowed): (usize, f64, f64),
     ) -> Result<Assembled, Reason> {
         loop {
             match self.system.assemble(&self.problem, trial, true) {
@@ -543,7 +586,7 @@ impl Solver {
                         && length > 0.2
                         && change.given_only
                         && start < 0.0
-                        && end > 2.0 * -start;
+                        && end > allowed * -start;
                     if !overshot {
                         return Ok(next);
                     }
@@ -699,7 +742,7 @@ impl Missed {
 }
 
 /// Iterations since that of the least energy.
-fn since_least(energies: &[f64]) -> usize {
+pub(super) fn since_least(energies: &[f64]) -> usize {
     let numbered = energies.iter().rev().enumerate();
     let least = numbered.min_by(|a, b| a.1.total_cmp(b.1));
     least.map_or(0, |(since, _)| since)

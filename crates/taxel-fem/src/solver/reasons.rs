@@ -1,16 +1,16 @@
 //! Why a solution could not go on, found at its last state.
 
 use super::failure::{Mode, Reason};
-use super::newton::{Missed, Solver};
+use super::newton::{Missed, Solver, since_least};
 use super::small::{axpy, dot};
 use super::unsymmetric;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::mesh::quality::extreme_eigenvalues;
-use crate::problem::Rule;
+use crate::problem::{FreePart, Rule, free_part};
 use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
-use crate::sparse::Factorisation;
+use crate::sparse::{Factorisation, LinearError};
 
 /// Greatest principal stretch, or the inverse of the least where that is greater.
 fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
@@ -27,12 +27,18 @@ const SUSPECTS: usize = 100;
 /// Steps of the inverse iteration for the weakest mode: near a bifurcation one is enough.
 const INVERSE_ITERATIONS: usize = 8;
 
+/// Last iterations by which one is judged that did not end.
+const ROUND: usize = 4;
+
 /// A body that goes on so many times as fast as on the way so far is at a limit of its load.
 const GIVES_WAY: f64 = 5.0;
 
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
     pub(super) fn deeper(&mut self, reason: Reason, targets: &[f64]) -> Reason {
+        if let Some(part) = self.not_held(&reason) {
+            return Reason::HeldByContact(part);
+        }
         if !matches!(
             reason,
             Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable { .. }
@@ -63,27 +69,52 @@ impl Solver {
         }
     }
 
+    /// The part that nothing holds but contacts, if it explains why the iteration has failed: the
+    /// matrix is singular, or no contact presses at the last state.
+    fn not_held(&self, reason: &Reason) -> Option<FreePart> {
+        let part = free_part(&self.problem)?;
+        let places = self.state.places(&self.problem.mesh);
+        let presses = (0..self.problem.contacts.len()).any(|number| {
+            let probe = self
+                .system
+                .contact(&self.problem, &self.state, &places, number);
+            probe.pressures.iter().any(|pressure| *pressure > 0.0)
+        });
+        let singular = matches!(
+            reason,
+            Reason::Linear(LinearError::Singular | LinearError::Inaccurate { .. })
+        );
+        let lost = matches!(
+            reason,
+            Reason::NotConverged { .. }
+                | Reason::NotANumber
+                | Reason::Unstable { .. }
+                | Reason::Inverted(_)
+                | Reason::Leapt { .. }
+        );
+        (singular || lost && !presses).then_some(part)
+    }
+
     /// How many times as fast as on the way so far the body would go on with its given
     /// parameters, and where it would go fastest; none at rest, or where nothing is given.
     fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3])> {
         let rules = self.problem.rules();
-        let given = |k: &usize| rules[*k] == Rule::Given && targets[*k] != self.targets[*k];
-        let moving: Vec<usize> = (0..rules.len()).filter(given).collect();
-        let step = |k: usize| targets[k] - self.targets[k];
-        let size = |of: &dyn Fn(usize) -> f64| -> f64 {
-            moving.iter().map(|&k| of(k).powi(2)).sum::<f64>().sqrt()
+        let moving: Vec<(usize, f64)> = (0..rules.len())
+            .map(|k| (k, targets[k] - self.targets[k]))
+            .filter(|&(k, step)| rules[k] == Rule::Given && step != 0.0)
+            .collect();
+        let size = |of: &dyn Fn(&(usize, f64)) -> f64| -> f64 {
+            moving.iter().map(|k| of(k).powi(2)).sum::<f64>().sqrt()
         };
-        let (next, gone) = (size(&step), size(&|k| self.state.parameters[k]));
+        let next = size(&|&(_, step)| step);
+        let gone = size(&|&(k, _)| self.state.parameters[k]);
         if moving.is_empty() || gone == 0.0 {
             return None;
         }
+        let assembled = self.assemble(&self.state.clone()).ok()?;
         let mut load = vec![0.0; self.system.unknowns.count()];
-        let assembled = self
-            .system
-            .assemble(&self.problem, &self.state, true)
-            .ok()?;
-        for &k in &moving {
-            axpy(-step(k), &assembled.couplings[k], &mut load);
+        for &(k, step) in &moving {
+            axpy(-step, &assembled.couplings[k], &mut load);
         }
         let pattern = &self.system.unknowns.pattern;
         self.factor.refactor(pattern, &assembled.values).ok()?;
@@ -102,10 +133,7 @@ impl Solver {
 
     /// The motion with the least stiffness at the accepted state, by inverse iteration.
     fn weakest_mode(&mut self) -> Option<Mode> {
-        let assembled = self
-            .system
-            .assemble(&self.problem, &self.state, true)
-            .ok()?;
+        let assembled = self.assemble(&self.state.clone()).ok()?;
         let pattern = &self.system.unknowns.pattern;
         self.factor.refactor(pattern, &assembled.values).ok()?;
         let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
@@ -146,15 +174,29 @@ impl Solver {
         }
     }
 
-    /// Why the iteration did not end.
-    pub(super) fn why_not(&self, trial: &State, energies: &[f64]) -> Reason {
-        let places = trial.places(&self.problem.mesh);
+    /// Why the iteration did not end: it goes round between sets of touching points, or
+    /// something else. `before` is the state before the last change.
+    pub(super) fn why_not(&self, trial: &State, before: &State, energies: &[f64]) -> Reason {
+        let rounds = &energies[energies.len().saturating_sub(ROUND)..];
+        let most = rounds.iter().copied().fold(0.0, f64::max);
+        // A start on the last state has little energy before it moves.
+        let first = energies.iter().take(2).copied().fold(0.0, f64::max);
+        // It neither runs away nor comes nearer.
+        let stays = rounds.len() == ROUND && most <= first && since_least(rounds) > 0;
+        let sets = [trial, before].map(|state| state.places(&self.problem.mesh));
         for number in 0..self.problem.contacts.len() {
-            let probe = self.system.contact(&self.problem, trial, &places, number);
-            if let Some(point) = probe.doubtful {
+            if !stays {
+                break;
+            }
+            let probe = |state, places| self.system.contact(&self.problem, state, places, number);
+            let (now, then) = (probe(trial, &sets[0]), probe(before, &sets[1]));
+            let pressed = now.pressures.iter().zip(&then.pressures).enumerate();
+            let changed = pressed.filter(|(_, (now, then))| (**now > 0.0) != (**then > 0.0));
+            let most = changed.max_by(|(_, a), (_, b)| a.0.max(*a.1).total_cmp(&b.0.max(*b.1)));
+            if let Some((point, _)) = most {
                 return Reason::Chatter {
                     contact: number,
-                    place: point,
+                    place: now.at[point],
                     energies: energies.to_vec(),
                 };
             }

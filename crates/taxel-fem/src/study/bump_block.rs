@@ -149,6 +149,15 @@ pub fn linear(modulus: f64, poisson: f64) -> Material {
     }
 }
 
+/// The same at large strain: neo-Hookean, with the moduli of [`linear`] at rest.
+pub fn large_strain(modulus: f64, poisson: f64) -> Material {
+    let linear = linear(modulus, poisson);
+    Material {
+        law: Law::neo_hookean(linear.law.shear_modulus()),
+        ..linear
+    }
+}
+
 impl BumpBlock {
     /// The mesh: regions `soft` and `stiff`, the cavity `gap`, the outer faces.
     ///

@@ -3,7 +3,7 @@
 use super::tools::{body, drive, eager, load_to, unit_body};
 use super::{Case, Effort};
 use crate::material::homogeneous::Mode;
-use crate::material::{Law, Material, OgdenTerm, Volumetric};
+use crate::material::{Dual, EnergyFunction, Law, Material, OgdenTerm, Volumetric};
 use crate::mesh::{CellShape, Mesh};
 use crate::problem::Kinematics;
 use crate::problem::{Motion, Problem, Rule};
@@ -15,7 +15,7 @@ const fn term(modulus: f64, exponent: f64) -> OgdenTerm {
 }
 
 /// Each law with the stretch it is tried at. The last one is no law of large strain.
-const LAWS: [(&str, Law, f64); 5] = [
+const LAWS: [(&str, Law, f64); 6] = [
     ("neo-Hookean", Law::MooneyRivlin { c10: 1.0, c01: 0.0 }, 1.5),
     (
         "Mooney-Rivlin",
@@ -44,7 +44,20 @@ const LAWS: [(&str, Law, f64); 5] = [
         1.8,
     ),
     ("linear elastic", Law::LinearElastic { shear: 1.0 }, 1.2),
+    (
+        "Gent, as a function",
+        Law::Energy(EnergyFunction::new(gent)),
+        2.0,
+    ),
 ];
+
+/// Where Gent's law stiffens without bound: `I1 - 3`.
+const GENT: f64 = 30.0;
+
+/// Gent's law (1996) of shear modulus one.
+fn gent([first, _]: [Dual; 2]) -> Dual {
+    -0.5 * GENT * (Dual::from(1.0) - (first - 3.0) * (1.0 / GENT)).ln()
+}
 
 /// Kirchhoff stress `l dW/dl` of a principal stretch, but for the pressure.
 fn principal_stress(law: &Law, stretches: [f64; 3], axis: usize) -> f64 {
@@ -60,6 +73,8 @@ fn principal_stress(law: &Law, stretches: [f64; 3], axis: usize) -> f64 {
         }
         Law::Ogden { terms } => terms.iter().map(|t| t.modulus * l.powf(t.exponent)).sum(),
         Law::LinearElastic { shear } => shear * l * l * (l * l - first / 3.0),
+        // Gent's is the only one.
+        Law::Energy(_) => invariants(0.5 * GENT / (GENT - (first - 3.0)), 0.0),
     }
 }
 

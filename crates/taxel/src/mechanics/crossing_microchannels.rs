@@ -95,7 +95,7 @@ impl CrossingStudy {
             rest[number] = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
             problem.cavities.push(cavity);
             problem.set_rule(pressure, rule(filling, number, rest[number]));
-            let walls = roof_on_floor(&problem.mesh, name, material.law.shear_modulus(), contact);
+            let walls = roof_on_floor(&problem.mesh, name, material.law().shear_modulus(), contact);
             problem.contacts.push(Contact::Walls(walls));
         }
         let at = lattice_points();

@@ -117,7 +117,7 @@ impl BlockStudy {
             let mut problem = Problem::new(mesh, Kinematics::Solid)?;
             problem.materials = vec![material; problem.mesh.regions.len()];
             hold(&mut problem, &block, sides)?;
-            let shear = material.law.shear_modulus();
+            let shear = material.law().shear_modulus();
             let voids = add_voids(&mut problem, &block, fillings, (shear, contact))?;
             let drive = match load {
                 BlockLoad::Pressure => add_pressure(&mut problem)?,

@@ -161,7 +161,7 @@ impl VoidStudy {
                 Filling::Sealed => Rule::Prescribes(Quantity::Volume(0)),
             },
         );
-        let shear = material.law.shear_modulus();
+        let shear = material.law().shear_modulus();
         let mut folding = None;
         if let Some(walls) = folding_walls(&problem.mesh, contact.folding * shear) {
             folding = Some(problem.contacts.len());

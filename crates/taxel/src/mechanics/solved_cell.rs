@@ -1,7 +1,7 @@
 //! The closing curve of a cell that no table has, by finite elements.
 
 use serde::{Deserialize, Serialize};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_fem::solver::failure::Failure;
 
@@ -297,10 +297,7 @@ struct Way {
 
 impl Way {
     fn new(cell: &VoidCell, shape: SectionShape) -> Result<Self, Failure> {
-        let solid = Material {
-            law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-            volumetric: Volumetric::Incompressible,
-        };
+        let solid = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
         Ok(Self {
             study: void_study(cell, shape, solid, &Filling::Vented)?,
             shape,

@@ -1,9 +1,8 @@
 //! The elastic unit of P2 solved by finite elements, from its drawing.
 
-use taxel_fem::material::{Law, Material};
 use taxel_fem::solver::failure::Failure;
 use taxel_fem::study::bump_block::{
-    BlockAnswer, BlockSides, BumpBlock, PressedBlock, TopAnswer, linear,
+    BlockAnswer, BlockSides, BumpBlock, PressedBlock, TopAnswer, large_strain, linear,
 };
 
 pub use taxel_fem::study::bump_block::{BlockDivision, Pressed};
@@ -156,13 +155,11 @@ impl UnitDrawing {
     fn pressed(&self, modulus: f64, permittivity: f64, solution: &UnitSolution) -> PressedBlock {
         let (_, sides) = self.block(solution, false);
         let [copper, ratio] = COPPER;
-        let linear_soft = linear(modulus, solution.poisson);
-        let soft = Material {
-            law: Law::neo_hookean(linear_soft.law.shear_modulus()),
-            ..linear_soft
-        };
         PressedBlock {
-            solids: [soft, linear(copper, ratio)],
+            solids: [
+                large_strain(modulus, solution.poisson),
+                linear(copper, ratio),
+            ],
             sides,
             division: solution.division,
             permittivity,

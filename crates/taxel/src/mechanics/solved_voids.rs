@@ -2,7 +2,7 @@
 
 use crate::mechanics::crossing_microchannels::{Crossing, CrossingStudy};
 use crate::mechanics::microchannel_cell::{Filling, WallContact};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::CrossingVoids;
 use taxel_fem::solver::failure::Failure;
 use taxel_numerics::{MonotoneCurve, OnCurve};
@@ -199,13 +199,10 @@ fn states_end(states: &[Crossing]) -> f64 {
 /// The solid as the solver knows it.
 pub(crate) fn solid(material: &Hyperelastic) -> Material {
     let Hyperelastic::MooneyRivlin(constants) = material;
-    Material {
-        law: Law::MooneyRivlin {
-            c10: constants.c10,
-            c01: constants.c01,
-        },
-        volumetric: Volumetric::Incompressible,
-    }
+    Material::incompressible(Law::MooneyRivlin {
+        c10: constants.c10,
+        c01: constants.c01,
+    })
 }
 
 pub(crate) fn filling(liquid: &PressureLaw) -> Filling {

@@ -207,11 +207,7 @@ impl Body {
                 }
             }
         };
-        vectors(
-            "force",
-            &mut file.obstacle.iter().map(|obstacle| &obstacle.name),
-            &quantity::FORCE,
-        );
+        vectors("force", &mut touched(file), &quantity::FORCE);
         vectors(
             "reaction",
             &mut file.output.reactions.iter(),
@@ -222,8 +218,8 @@ impl Body {
             &mut file.output.displacements.iter(),
             &quantity::LENGTH,
         );
-        for obstacle in &file.obstacle {
-            let name = format!("{}_contact_area", obstacle.name);
+        for name in touched(file) {
+            let name = format!("{name}_contact_area");
             columns.push(column(&name, &quantity::AREA));
         }
         for cavity in &file.cavity {
@@ -318,7 +314,7 @@ impl Body {
                 }
             }
         }
-        let probes: Vec<_> = (0..file.obstacle.len())
+        let probes: Vec<_> = (0..touched(file).count())
             .map(|number| self.solver.contact(number))
             .collect();
         for probe in &probes {
@@ -491,6 +487,12 @@ impl Body {
             reason => reason.advice().to_owned(),
         }
     }
+}
+
+/// Names of obstacles and contacts, in the order of the contacts of the solver.
+fn touched(file: &ProblemFile) -> impl Iterator<Item = &String> {
+    let obstacles = file.obstacle.iter().map(|obstacle| &obstacle.name);
+    obstacles.chain(file.contact.iter().map(|contact| &contact.name))
 }
 
 /// Unit for people of a dimension, its SI value and decimals.

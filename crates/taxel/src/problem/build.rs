@@ -1,5 +1,6 @@
 //! From a problem file and its mesh to the boundary value problem of the solver.
 
+use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
 use taxel_fem::mesh::quality::Quality;
@@ -109,6 +110,8 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     builder.loads()?;
     builder.cavities()?;
     builder.obstacles()?;
+    builder.contacts()?;
+    builder.ties()?;
     builder.rules()?;
     builder.names()?;
     let (steps, dimensions) = builder.steps()?;
@@ -499,11 +502,8 @@ impl Builder<'_> {
                 }
                 None => None,
             };
-            let side = side_length(self.mesh(), &surface);
-            let stiffest = surface.iter().fold(0.0, |most: f64, facet| {
-                let region = self.mesh().region_of(facet.cell as usize);
-                most.max(self.problem.materials[region].law.shear_modulus())
-            });
+            let side = self.mesh().mean_side(&surface);
+            let stiffest = self.moduli(&surface)[1];
             self.problem
                 .contacts
                 .push(Contact::Obstacle(solid::Obstacle {
@@ -514,6 +514,63 @@ impl Builder<'_> {
                     friction: obstacle.friction,
                     overlap_limit: obstacle.overlap.unwrap_or(OVERLAP * side),
                 }));
+        }
+        Ok(())
+    }
+
+    /// Least and greatest shear modulus at a surface, Pa.
+    fn moduli(&self, surface: &[Facet]) -> [f64; 2] {
+        let moduli = surface.iter().map(|facet| {
+            let region = self.mesh().region_of(facet.cell as usize);
+            self.problem.materials[region].law().shear_modulus()
+        });
+        moduli.fold([f64::INFINITY, 0.0], |[least, most], modulus| {
+            [least.min(modulus), most.max(modulus)]
+        })
+    }
+
+    fn two_surfaces(&self, names: &[String; 2], key: &str) -> Result<[Vec<Facet>; 2], Wrong> {
+        let surface = |at: usize| self.surface(&names[at], &format!("{key}.surfaces.{at}"));
+        Ok([surface(0)?, surface(1)?])
+    }
+
+    fn contacts(&mut self) -> Result<(), Wrong> {
+        for (number, contact) in self.file.contact.iter().enumerate() {
+            let key = format!("contact.{number}");
+            let names = self.file.obstacle.iter().map(|obstacle| &obstacle.name);
+            let before = self.file.contact[..number]
+                .iter()
+                .map(|contact| &contact.name);
+            if names.chain(before).any(|name| *name == contact.name) {
+                let message = format!("two contacts or obstacles are called \"{}\"", contact.name);
+                return Err(wrong(
+                    format!("{key}.name"),
+                    message,
+                    "give each its own name",
+                ));
+            }
+            let surfaces = self.two_surfaces(&contact.surfaces, &key)?;
+            // The softer of the two bodies decides.
+            let modulus = self.moduli(&surfaces[0])[1].min(self.moduli(&surfaces[1])[1]);
+            let mut pair = solid::SurfacePair::new(self.mesh(), surfaces, modulus);
+            pair.friction = contact.friction;
+            pair.overlap_limit = contact.overlap.unwrap_or(pair.overlap_limit);
+            pair.reach = contact.reach.unwrap_or(pair.reach);
+            self.problem.contacts.push(Contact::Surfaces(pair));
+        }
+        Ok(())
+    }
+
+    fn ties(&mut self) -> Result<(), Wrong> {
+        for (number, tied) in self.file.tie.iter().enumerate() {
+            let key = format!("tie.{number}");
+            let surfaces = self.two_surfaces(&tied.surfaces, &key)?;
+            let modulus = self.moduli(&surfaces[0])[1].max(self.moduli(&surfaces[1])[1]);
+            let walls = tie(&self.problem, surfaces, modulus).map_err(|error| {
+                let help = "name the finer surface first, and one that covers it second";
+                wrong(format!("{key}.surfaces"), error.to_string(), help)
+            })?;
+            self.problem.contacts.push(Contact::Walls(walls));
         }
         Ok(())
     }
@@ -753,25 +810,6 @@ pub(super) fn letter(axis: usize) -> &'static str {
     ["x", "y", "z"][axis]
 }
 
-/// Mean distance of neighbouring corners of the facets of a surface.
-fn side_length(mesh: &Mesh, surface: &[Facet]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for &facet in surface {
-        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
-        let corners = match nodes.len() {
-            3 => 2,
-            7 => 3,
-            _ => 4,
-        };
-        for k in 0..corners {
-            let [a, b] = [k, (k + 1) % corners].map(|k| mesh.points[nodes[k] as usize]);
-            sum += (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt();
-            count += 1.0;
-        }
-    }
-    sum / f64::max(count, 1.0)
-}
-
 /// The solid that a material describes.
 fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
     let volumetric = match (&material.law, material.compressibility) {
@@ -816,7 +854,7 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
         }
         Law::LinearElastic(solid) => {
             Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
-                .map(|solid| solid.law)
+                .map(|solid| *solid.law())
         }
     };
     law.and_then(|law| Material::new(law, volumetric))

@@ -35,6 +35,12 @@ pub struct ProblemFile {
     /// Rigid obstacles that surfaces of the body touch.
     #[serde(default)]
     pub obstacle: Vec<Obstacle>,
+    /// Surfaces of the mesh that touch each other: those of two bodies, or of a body and itself.
+    #[serde(default)]
+    pub contact: Vec<Contact>,
+    /// Surfaces that stick together although their meshes do not match.
+    #[serde(default)]
+    pub tie: Vec<Tie>,
     /// Cavities: their volume, and what fills them.
     #[serde(default)]
     pub cavity: Vec<Cavity>,
@@ -399,6 +405,40 @@ pub struct Punch {
     #[serde(deserialize_with = "quantity::one::<PositiveLength, _>")]
     #[schemars(with = "Checked<PositiveLength>")]
     pub rim: f64,
+}
+
+/// Two surfaces of the mesh that may not pass through each other.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Name, for the table.
+    pub name: String,
+    /// Physical groups of the two surfaces, the one with the finer mesh first; the same one twice
+    /// for a surface that touches itself, such as the wall of a channel.
+    pub surfaces: [String; 2],
+    /// Coefficient of friction (Coulomb); 0 without.
+    #[serde(deserialize_with = "quantity::one::<Ratio, _>")]
+    #[schemars(with = "Checked<Ratio>")]
+    pub friction: f64,
+    /// Overlap that is accepted, m; 1e-4 of the mean side of a cell there if left out.
+    #[serde(default, deserialize_with = "quantity::some::<PositiveLength, _>")]
+    #[schemars(with = "Option<Checked<PositiveLength>>")]
+    pub overlap: Option<f64>,
+    /// Overlap beyond which two points do not meet any more, m: less than the thickness of a body
+    /// at a surface that touches itself. If left out, the mean side of a cell there for a surface
+    /// with itself, else ten sides.
+    #[serde(default, deserialize_with = "quantity::some::<PositiveLength, _>")]
+    #[schemars(with = "Option<Checked<PositiveLength>>")]
+    pub reach: Option<f64>,
+}
+
+/// Two surfaces that stick together.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tie {
+    /// Physical groups of the two surfaces, the one with the finer mesh first. The second has to
+    /// cover the first, within 0.1 of the mean side of a cell.
+    pub surfaces: [String; 2],
 }
 
 /// A cavity in or under the body.

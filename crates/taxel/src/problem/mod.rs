@@ -12,10 +12,10 @@ mod saved;
 
 pub use body::{Body, Ended};
 pub use description::{
-    Along, Axis, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Cylinder,
+    Along, Axis, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Contact, Cylinder,
     Dielectric, Driver, Geometry, Law, Load, MeshFile, NeoHookean, Obstacle, OfCavity, OgdenTerm,
     Output, Picture, Plane, PlaneStrain, PointAlong, Prescribed, ProblemFile, Punch,
-    RegionMaterial, Resistance, Shape, SolverOptions, Sphere, Support, Yeoh,
+    RegionMaterial, Resistance, Shape, SolverOptions, Sphere, Support, Tie, Yeoh,
 };
 pub use saved::SavedError;
 

@@ -65,7 +65,16 @@ impl Body {
         let state = self.solver.state();
         let anchors = |contact: &ContactState| {
             let each = contact.anchors.iter().flat_map(|anchor| match anchor {
-                Some(Anchor { place: [x, y, z] }) => [1.0, *x, *y, *z],
+                // One on an obstacle, from two on the number of a facet.
+                Some(Anchor {
+                    place: [x, y, z],
+                    facet,
+                }) => [
+                    facet.map_or(1.0, |facet| 2.0 + f64::from(facet)),
+                    *x,
+                    *y,
+                    *z,
+                ],
                 None => [0.0; 4],
             });
             written(each)
@@ -142,8 +151,12 @@ impl Body {
             let anchors = read("anchors", &saved.anchors[number], None)?;
             let given = anchors.len();
             same("anchors", given, if given == 0 { 0 } else { 4 * points })?;
-            let anchor =
-                |&[held, x, y, z]: &[f64; 4]| (held != 0.0).then_some(Anchor { place: [x, y, z] });
+            let anchor = |&[held, x, y, z]: &[f64; 4]| {
+                (held != 0.0).then_some(Anchor {
+                    place: [x, y, z],
+                    facet: (held >= 2.0).then_some((held - 2.0) as u32),
+                })
+            };
             contact.anchors = anchors.as_chunks().0.iter().map(anchor).collect();
         }
         let rows = saved.rows.iter();

@@ -211,6 +211,10 @@ impl WithSimd for Leverage<'_> {
     type Output = f64;
 
     #[inline(always)]
+    #[allow(
+        clippy::inline_always,
+        reason = "the registers are those of the caller"
+    )]
     fn with_simd<S: Simd>(self, _simd: S) -> f64 {
         let mut rest = self.factor;
         let mut sum = 0.0;
@@ -226,6 +230,10 @@ impl WithSimd for Leverage<'_> {
 /// Σ aᵢ bᵢ in 32 independent sums, the same on every machine. Indices, because iterators are not
 /// inlined across the crates here: they take ten times as long.
 #[inline(always)]
+#[allow(
+    clippy::inline_always,
+    reason = "the registers are those of the caller"
+)]
 #[allow(clippy::needless_range_loop)]
 fn dot_short(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0f32; 32];

@@ -2,7 +2,7 @@
 //! large strain, and the electric field in the deformed shape.
 
 use crate::transduction::electrode_section::{BarStudy, Media};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::solver::failure::Failure;
 use taxel_fem::solver::newton::Settings;
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
@@ -242,13 +242,10 @@ fn unsolved(failure: &Failure) -> NoField {
 /// J = 1, shear modulus E/3; in plane strain the second constant of Mooney and Rivlin
 /// acts as the first.
 fn incompressible(youngs_modulus: f64) -> Material {
-    Material {
-        law: Law::MooneyRivlin {
-            c10: youngs_modulus / 6.0,
-            c01: 0.0,
-        },
-        volumetric: Volumetric::Incompressible,
-    }
+    Material::incompressible(Law::MooneyRivlin {
+        c10: youngs_modulus / 6.0,
+        c01: 0.0,
+    })
 }
 
 /// The body that the end condition means.

@@ -8,18 +8,15 @@ use taxel::transduction::electrode_section::{BarStudy, Media};
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
 use taxel_fem::field::geometry::Geometry;
 use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::Mesh;
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
 
 fn rubber(shear: f64) -> Material {
-    Material {
-        law: Law::MooneyRivlin {
-            c10: shear / 2.0,
-            c01: 0.0,
-        },
-        volumetric: Volumetric::Incompressible,
-    }
+    Material::incompressible(Law::MooneyRivlin {
+        c10: shear / 2.0,
+        c01: 0.0,
+    })
 }
 
 const ON_BASE: Layer = Layer {

@@ -5,18 +5,15 @@ use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_block::{BlockLoad, BlockState, BlockStudy, Sides};
 use taxel::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::field::sections::sections;
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::FacetTable;
 
-const RUBBER: Material = Material {
-    law: Law::MooneyRivlin {
-        c10: 75.5,
-        c01: 5.7,
-    },
-    volumetric: Volumetric::Incompressible,
-};
+const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
+    c10: 75.5,
+    c01: 5.7,
+});
 
 const GAS: Filling = Filling::Gas(20.265);
 

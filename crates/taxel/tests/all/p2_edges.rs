@@ -168,7 +168,7 @@ fn corners_are_of_the_size_of_a_plane_corner() {
 #[ignore = "half a minute: three fields in space"]
 fn corners_in_space() {
     let alone = EdgeSection::drawn(6e-6, EdgeEnvironment::Isolated);
-    let rows = include_str!("../tables/p2_corners.csv");
+    let rows = include_str!("../../tables/p2_corners.csv");
     let rows = rows.lines().filter(|line| !line.starts_with('#')).skip(1);
     for (row, fine) in rows.zip([1.0, 1.15, 1.3]) {
         let row: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();

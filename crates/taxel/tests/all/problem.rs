@@ -456,3 +456,138 @@ fn a_volume_that_is_prescribed_finds_its_pressure() {
     let shown = column(&by_volume, "pressure")[1];
     assert!((shown / volume - 1.0).abs() < 1e-9, "{shown} {volume}");
 }
+
+/// Gmsh's text of two blocks of 10 mm of so many cells along their side, one on the other.
+fn two_blocks(cells: [usize; 2]) -> String {
+    let (mut nodes, mut elements) = (Vec::new(), Vec::new());
+    for (block, count) in cells.into_iter().enumerate() {
+        let first = nodes.len() + 1;
+        let low = if block == 0 { -10.0 } else { 0.0 };
+        let at = |i: usize, j: usize| first + j * (count + 1) + i;
+        for j in 0..=count {
+            for i in 0..=count {
+                let [x, y] = [i, j].map(|k| 10.0 * k as f64 / count as f64);
+                nodes.push(format!("{} {x} {} 0", nodes.len() + 1, low + y));
+            }
+        }
+        let group = 10 * block;
+        for j in 0..count {
+            for i in 0..count {
+                elements.push(format!(
+                    "3 2 {} 1 {} {} {} {}",
+                    1 + group,
+                    at(i, j),
+                    at(i + 1, j),
+                    at(i + 1, j + 1),
+                    at(i, j + 1)
+                ));
+            }
+            let sides = [
+                (2, at(j, 0), at(j + 1, 0)),
+                (3, at(j, count), at(j + 1, count)),
+                (4, at(0, j), at(0, j + 1)),
+            ];
+            for (side, a, b) in sides {
+                elements.push(format!("1 2 {} 1 {a} {b}", side + group));
+            }
+        }
+    }
+    let names = ["", "body", "bottom", "top", "left"];
+    let mut lines = vec!["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n8".to_owned()];
+    for (group, part) in [(0, "lower"), (10, "upper")] {
+        for (number, name) in names.iter().enumerate().skip(1) {
+            let dimension = if number == 1 { 2 } else { 1 };
+            let number = number + group;
+            lines.push(format!("{dimension} {number} \"{part}_{name}\""));
+        }
+    }
+    lines.push(format!("$EndPhysicalNames\n$Nodes\n{}", nodes.len()));
+    lines.extend(nodes);
+    lines.push(format!("$EndNodes\n$Elements\n{}", elements.len()));
+    let numbered = elements.iter().enumerate();
+    lines.extend(numbered.map(|(number, element)| format!("{} {element}", number + 1)));
+    lines.join("\n") + "\n$EndElements\n"
+}
+
+const TWO_BLOCKS: &str = r#"
+schema = 1
+name = "two blocks"
+geometry = { plane_strain = { depth = "10 mm" } }
+mesh = { file = "mesh.msh", unit = "1 mm" }
+
+[[material]]
+regions = ["lower_body", "upper_body"]
+law = { neo_hookean = { shear_modulus = "100 kPa" } }
+compressibility = "incompressible"
+
+[[parameter]]
+name = "way"
+values = ["-4 mm"]
+
+[[support]]
+on = "lower_bottom"
+held = ["y"]
+
+[[support]]
+on = "lower_left"
+held = ["x"]
+
+[[support]]
+on = "upper_left"
+held = ["x"]
+
+[[support]]
+on = "upper_top"
+moved = { by = "way", y = 1 }
+
+[output]
+reactions = ["lower_bottom"]
+
+"#;
+const TOUCHING: &str =
+    "[[contact]]\nname = \"joint\"\nsurfaces = [\"upper_bottom\", \"lower_top\"]\nfriction = 0\n";
+const TIED: &str = "[[tie]]\nsurfaces = [\"upper_bottom\", \"lower_top\"]\n";
+
+#[test]
+fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
+    let mesh = two_blocks([3, 4]);
+    // Plane strain: G (l - l^-3) on 10 mm by 10 mm.
+    let force = |stretch: f64| 100e3 * (stretch - stretch.powi(-3)) * 1e-4;
+    let pressed = solved(&format!("{TWO_BLOCKS}{TOUCHING}"), mesh.as_bytes());
+    let joint = column(&pressed, "joint_force_y")[1];
+    let base = column(&pressed, "lower_bottom_reaction_y")[1];
+    let exact = force(0.8);
+    // Two blocks of 10 mm become 16 mm. The overlap that is accepted is 1e-4 of a cell.
+    assert!((base / -exact - 1.0).abs() < 2e-4, "{base} {exact}");
+    assert!((joint / base - 1.0).abs() < 1e-6, "{joint} {base}");
+    let area = column(&pressed, "joint_contact_area")[1];
+    assert!((area - 1e-4).abs() < 1e-12, "{area}");
+
+    let pull = TWO_BLOCKS.replace("-4 mm", "4 mm");
+    let tied = solved(&format!("{pull}{TIED}"), mesh.as_bytes());
+    let base = column(&tied, "lower_bottom_reaction_y")[1];
+    let exact = force(1.2);
+    assert!((base / -exact - 1.0).abs() < 1e-5, "{base} {exact}");
+
+    // Without either nothing holds the upper block; a tie needs something to be tied to.
+    let refused = |text: &str| match body("problem.toml", text, mesh.as_bytes()) {
+        Ok(_) => panic!("{text} was accepted"),
+        Err(error) => error.to_string(),
+    };
+    let loose = TWO_BLOCKS.replace("[[support]]\non = \"upper_left\"\nheld = [\"x\"]\n", "");
+    assert!(refused(&loose).contains("the part \"upper_body\" of the body"));
+    let away = TIED.replace("lower_top", "lower_bottom");
+    let message = refused(&format!("{TWO_BLOCKS}{away}"));
+    for part in [
+        "tie.0.surfaces",
+        "nothing to be tied to",
+        "finer surface first",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let unknown = TOUCHING.replace("lower_top", "lower_tip");
+    let message = refused(&format!("{TWO_BLOCKS}{unknown}"));
+    for part in ["contact.0.surfaces.1", "lower_top"] {
+        assert!(message.contains(part), "{message}");
+    }
+}

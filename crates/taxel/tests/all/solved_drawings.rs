@@ -15,7 +15,7 @@ use taxel::sensor::Sensor;
 use taxel::solutions::{Afresh, Question, Solutions};
 use taxel::summary::{Value, summary};
 use taxel::transduction::{InPlaneModel, SolvedInPlane};
-use taxel_fem::material::{Law, Material, Volumetric};
+use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 
 const MU: f64 = 162.4e3;
@@ -111,10 +111,7 @@ fn random_cell(random: &mut ChaCha8Rng) -> CellGeometry {
 /// A finer mesh of a cell, in units of its height.
 fn direct(cell: &CellGeometry) -> VoidStudy {
     let unit = cell.section.height;
-    let rubber = Material {
-        law: Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.4, c01: 0.1 });
     let cell = VoidCell {
         width: cell.section.width / unit,
         height: 1.0,
@@ -396,7 +393,7 @@ fn kept_sections_of_twenty_random_drawings_are_within_their_stated_errors() {
 
 /// The same for a hundred other drawings.
 #[test]
-#[ignore = "long: cargo test --release -p taxel --test solved_drawings -- --ignored --nocapture hundred_random_drawings"]
+#[ignore = "long: cargo test --release -p taxel --test all solved_drawings -- --ignored --nocapture hundred_random_drawings"]
 fn kept_sections_of_a_hundred_random_drawings_are_within_their_stated_errors() {
     let used = compare_sections(3, 100);
     println!("{used:.2} of the stated errors used");
@@ -473,10 +470,7 @@ fn round_in_an_endless_body(ratio: f64) -> f64 {
 /// strain, on few cells.
 #[test]
 fn an_elliptic_void_closes_as_in_an_endless_body() {
-    let rubber = Material {
-        law: Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
-        volumetric: Volumetric::Incompressible,
-    };
+    let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.4, c01: 0.1 });
     for width in [1.0, 3.0] {
         let far = 15.0 * width;
         let cell = VoidCell {

@@ -1,6 +1,7 @@
-//! Contact: a surface against an obstacle of simple shape, and walls that meet.
+//! Contact: a surface against an obstacle of simple shape, surfaces against each other, and
+//! walls that are paired beforehand.
 //!
-//! Both are energies of the overlap, `1/2 k o^2` per undeformed area, with a
+//! All are energies of the overlap, `1/2 k o^2` per undeformed area, with a
 //! multiplier that takes over the pressure (augmented Lagrangian): a contact whose
 //! overlap exceeds its limit is solved again with the multiplier at the pressure
 //! found, so that the result does not hang on the stiffness `k`. Friction follows the pressure
@@ -8,10 +9,12 @@
 
 mod facing;
 mod obstacle;
+mod surfaces;
 mod walls;
 
 pub use facing::{facing_pairs, lattice_points};
 pub use obstacle::{Gap, Obstacle, Shape};
+pub use surfaces::SurfacePair;
 pub use walls::{Pairing, WallPoint, Walls};
 
 /// Something that keeps parts from passing through each other.
@@ -19,6 +22,8 @@ pub use walls::{Pairing, WallPoint, Walls};
 pub enum Contact {
     /// A surface of the body against a rigid obstacle.
     Obstacle(Obstacle),
+    /// A surface of the mesh against another one, or against itself.
+    Surfaces(SurfacePair),
     /// Walls of the body against each other.
     Walls(Walls),
 }
@@ -35,8 +40,11 @@ pub struct ContactState {
 /// Anchor of a point of a rough contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anchor {
-    /// Where the point would rest without traction, in the frame of the obstacle.
+    /// Where the point would rest without traction: in the frame of the obstacle, or in the
+    /// reference coordinates of a facet of the second surface.
     pub place: [f64; 3],
+    /// Number of that facet in the second surface; none on an obstacle.
+    pub facet: Option<u32>,
 }
 
 impl ContactState {
@@ -56,6 +64,7 @@ impl Contact {
     pub fn overlap_limit(&self) -> f64 {
         match self {
             Self::Obstacle(obstacle) => obstacle.overlap_limit,
+            Self::Surfaces(pair) => pair.overlap_limit,
             Self::Walls(walls) => walls.overlap_limit,
         }
     }

@@ -19,6 +19,13 @@ pub struct Walls {
 pub enum Pairing {
     /// Along a fixed direction, from the first wall to the second.
     Opposite([f64; 3]),
+    /// Along a fixed direction, and bound to each other: neither overlap nor gap.
+    Bound {
+        /// The direction, from the first point to the second.
+        along: [f64; 3],
+        /// Distance along it before deformation, m.
+        rest: f64,
+    },
     /// About a corner (two dimensions): the angle `(t x d)/s` between the faces, `d`
     /// between points at equal distance `s` from the vertex, `t` the mean of their
     /// tangents away from it.
@@ -96,6 +103,11 @@ impl WallPoint {
         self.energy(places, 0.0, 0.0).gap
     }
 
+    /// True if the points of the pair are bound to each other.
+    pub(crate) fn is_bound(&self) -> bool {
+        matches!(self.pairing, Pairing::Bound { .. })
+    }
+
     /// Difference and sum at these places of the nodes.
     pub(crate) fn vectors(&self, places: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
         let mut vectors = ([0.0; 3], [0.0; 3]);
@@ -118,14 +130,21 @@ impl WallPoint {
     ) -> PairEnergy {
         let (d, m) = self.vectors(places);
         match self.pairing {
-            Pairing::Opposite(direction) => {
-                let gap = d[0] * direction[0] + d[1] * direction[1] + d[2] * direction[2];
+            Pairing::Opposite(direction)
+            | Pairing::Bound {
+                along: direction, ..
+            } => {
+                let rest = match self.pairing {
+                    Pairing::Bound { rest, .. } => rest,
+                    _ => 0.0,
+                };
+                let gap = d[0] * direction[0] + d[1] * direction[1] + d[2] * direction[2] - rest;
                 let mut energy = PairEnergy {
                     gap,
                     ..PairEnergy::default()
                 };
                 let pressure = multiplier - stiffness * gap;
-                if pressure > 0.0 {
+                if pressure > 0.0 || self.is_bound() {
                     energy.pressure = pressure;
                     for i in 0..3 {
                         energy.gradient[i] = -pressure * direction[i] * self.weight;

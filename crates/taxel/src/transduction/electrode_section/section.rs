@@ -288,15 +288,12 @@ fn named(mesh: &Mesh, condition: &dyn Fn([f64; 3]) -> bool) -> Vec<u32> {
 mod tests {
     use super::super::BarStudy;
     use super::*;
-    use taxel_fem::material::{Law, Material, Volumetric};
+    use taxel_fem::material::{Law, Material};
     use taxel_fem::study::layer::{Bar, LayerDivision};
 
     #[test]
     fn energy_and_flux_agree_where_the_outline_is_bent() {
-        let rubber = Material {
-            law: Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
-            volumetric: Volumetric::Incompressible,
-        };
+        let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
         let layer = Layer {
             thickness: 1.0,
             loaded: 1.8,

@@ -1,0 +1,88 @@
+//! Points of a surface that may touch something.
+
+use super::foot::dot;
+use crate::mesh::{Facet, FacetShape};
+use crate::problem::Problem;
+use crate::problem::load::FacetTable;
+
+/// A contact point of a surface.
+pub(super) struct ContactPoint<'p> {
+    /// Number of the facet in its surface.
+    pub(super) facet: usize,
+    /// Number of the point in its surface.
+    pub(super) number: usize,
+    /// Nodes of the facet, their shape functions and the slopes of these.
+    pub(super) nodes: &'p [u32],
+    pub(super) values: &'p [f64],
+    pub(super) slopes: &'p [[f64; 3]],
+    /// Undeformed area that it stands for.
+    pub(super) area: f64,
+    /// Undeformed and present place.
+    pub(super) rest: [f64; 3],
+    pub(super) place: [f64; 3],
+}
+
+impl ContactPoint<'_> {
+    /// Unit normal of the deformed surface at the point.
+    pub(super) fn facing(&self, places: &[[f64; 3]]) -> [f64; 3] {
+        let mut tangents = [[0.0; 3]; 2];
+        for (&node, slope) in self.nodes.iter().zip(self.slopes) {
+            for d in 0..3 {
+                for (k, tangent) in tangents.iter_mut().enumerate() {
+                    tangent[d] += slope[k] * places[node as usize][d];
+                }
+            }
+        }
+        let [s, t] = tangents;
+        let normal = if self.nodes.len() == FacetShape::Line3.node_count() {
+            [s[1], -s[0], 0.0]
+        } else {
+            [
+                s[1] * t[2] - s[2] * t[1],
+                s[2] * t[0] - s[0] * t[2],
+                s[0] * t[1] - s[1] * t[0],
+            ]
+        };
+        let length = dot(normal, normal).sqrt();
+        normal.map(|x| x / length)
+    }
+}
+
+/// Every contact point of a surface, in order, at the points that a facet has by its number and
+/// shape.
+pub(super) fn each_point_of<'t>(
+    problem: &Problem,
+    surface: &[Facet],
+    (table_of, places): (&dyn Fn(usize, FacetShape) -> &'t FacetTable, &[[f64; 3]]),
+    hears: &mut dyn FnMut(&ContactPoint<'_>),
+) {
+    let mut number = 0;
+    for (facet, &side) in surface.iter().enumerate() {
+        let nodes: Vec<u32> = problem.mesh.facet_nodes(side).collect();
+        let shape = problem.mesh.shape(side.cell as usize).facet_shape();
+        let undeformed: Vec<[f64; 3]> = nodes
+            .iter()
+            .map(|&node| problem.mesh.points[node as usize])
+            .collect();
+        for point in table_of(facet, shape).points(&undeformed, problem.kinematics) {
+            let values = &point.shapes.values;
+            let mut place = [0.0; 3];
+            for (n, &node) in nodes.iter().enumerate() {
+                for d in 0..3 {
+                    place[d] += values[n] * places[node as usize][d];
+                }
+            }
+            hears(&ContactPoint {
+                facet,
+                number,
+                nodes: &nodes,
+                values,
+                slopes: &point.shapes.gradients,
+                area: point.area(),
+                rest: point.place,
+                place,
+            });
+            number += 1;
+        }
+    }
+}
