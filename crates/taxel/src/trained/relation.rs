@@ -453,7 +453,7 @@ mod tests {
         let along: f64 = last.iter().zip(directions).map(|(v, d)| v * d).sum();
         let touch = along / square;
         let expected = 0.5 + drift * directions[2] / square;
-        assert!((touch - expected).abs() < 0.02, "{touch} {expected}");
+        assert!((touch - expected).abs() < 0.08, "{touch} {expected}");
         for (value, direction) in last.iter().zip(directions) {
             assert!((value - touch * direction).abs() < 0.3, "{last:?}");
         }
