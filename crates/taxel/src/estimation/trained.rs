@@ -308,7 +308,14 @@ impl TrainedReader {
             .transpose()?
             .map(|position| widened(position, self.position.as_mut(), values, &self.replaced))
             .filter(|position| position.support == Support::Trained);
-        let pressed = |force: &Estimate| force.value > CONTACT_DEVIATIONS * force.deviation;
+        // What a doubt hides is no more than a deviation: else it would grow by the touches it hides.
+        let known = stated
+            .first()
+            .map_or(f64::INFINITY, |[_, deviation]| *deviation);
+        let pressed = |force: &Estimate| {
+            let deviation = force.deviation.min(std::f64::consts::SQRT_2 * known);
+            force.value > CONTACT_DEVIATIONS * deviation
+        };
         let contact = match &force {
             Some(force) if pressed(force) || force.support == Support::Trained => {
                 Some(pressed(force))

@@ -9,6 +9,9 @@
 #[derive(Debug, Clone, Default)]
 pub(super) struct ZeroDoubt {
     pause: Pause,
+    /// The last mean, its stated variance: it counts once the next one is complete, as it may be the
+    /// beginning of a contact.
+    last: Option<[f64; 2]>,
     /// Means of pauses: sums of their squares and of the stated variances, and their number,
     /// forgotten in time.
     squares: f64,
@@ -44,7 +47,7 @@ impl ZeroDoubt {
         self.age += elapsed;
         self.since += elapsed;
         let Some([value, deviation]) = free else {
-            self.pause = Pause::default();
+            (self.pause, self.last) = (Pause::default(), None);
             return None;
         };
         let pause = &mut self.pause;
@@ -58,17 +61,18 @@ impl ZeroDoubt {
         if pause.time < SETTLING + MEAN {
             return None;
         }
-        let stay = (-self.since / MEMORY).exp();
-        let mean = pause.estimates / pause.frames;
-        self.squares = stay * self.squares + mean * mean;
-        self.stated = stay * self.stated + pause.variances / pause.frames;
-        self.number = stay * self.number + 1.0;
-        self.since = 0.0;
+        let mean = [pause.estimates, pause.variances].map(|sum| sum / pause.frames);
         // A long pause goes on.
         *pause = Pause {
             time: SETTLING,
             ..Pause::default()
         };
+        let [mean, stated] = self.last.replace(mean)?;
+        let stay = (-self.since / MEMORY).exp();
+        self.squares = stay * self.squares + mean * mean;
+        self.stated = stay * self.stated + stated;
+        self.number = stay * self.number + 1.0;
+        self.since = 0.0;
         Some(mean)
     }
 
@@ -80,7 +84,7 @@ impl ZeroDoubt {
         }
         let chance = 1.0 + CHANCE * (2.0 / self.number).sqrt();
         let excess = (self.squares - chance * self.stated).max(0.0) / self.number;
-        let seen = (self.age - self.since).max(MEAN);
+        let seen = (self.age - self.since).max(MEMORY);
         excess.sqrt() * (1.0 + self.since / seen)
     }
 }
