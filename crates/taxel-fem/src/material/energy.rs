@@ -1,8 +1,8 @@
 //! A law given as an energy function of the invariants.
 
-use super::Response;
 use super::dual::Dual;
 use super::invariants::{self, Slopes};
+use super::{Answer, Response};
 use crate::scalar::{Scalar, Symmetric, Tensor, left_cauchy_green};
 
 /// An energy `W(I1bar, I2bar)` in Pa of the first and second invariant of the isochoric left
@@ -80,27 +80,10 @@ impl EnergyFunction {
     }
 }
 
-/// Energy, stress and the upper triangle of the tangent, row after row.
-type Answer = [f64; 28];
-
 /// Energy, stress and tangent, each point on its own.
 #[inline(always)]
 pub(super) fn response<S: Scalar>(f: &Tensor<S>, energy: EnergyFunction) -> Response<S> {
-    let answer = S::per_point(&left_cauchy_green(f), |b| at_point(b, energy));
-    let mut tangent = [[answer[0]; 6]; 6];
-    let mut next = 7;
-    for v in 0..6 {
-        for w in v..6 {
-            tangent[v][w] = answer[next];
-            tangent[w][v] = answer[next];
-            next += 1;
-        }
-    }
-    Response {
-        energy: answer[0],
-        stress: std::array::from_fn(|v| answer[1 + v]),
-        tangent,
-    }
+    Response::point_by_point(&left_cauchy_green(f), |b| at_point(b, energy))
 }
 
 /// With `s = dev b` and `t = dev (I1 b - b^2)` the stress is `2 (W1 s + W2 t)`. Its tangent is

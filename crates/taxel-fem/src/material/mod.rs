@@ -38,6 +38,31 @@ pub struct Response<S> {
     pub tangent: [[S; 6]; 6],
 }
 
+/// Energy, stress and the upper triangle of the tangent at one point, row after row.
+type Answer = [f64; 28];
+
+impl<S: Scalar> Response<S> {
+    /// The response of a law that takes each point on its own, from left Cauchy-Green tensors.
+    #[inline(always)]
+    fn point_by_point(b: &Symmetric<S>, at_point: impl Fn(&Symmetric<f64>) -> Answer) -> Self {
+        let answer = S::per_point(b, at_point);
+        let mut tangent = [[answer[0]; 6]; 6];
+        let mut next = 7;
+        for v in 0..6 {
+            for w in v..6 {
+                tangent[v][w] = answer[next];
+                tangent[w][v] = answer[next];
+                next += 1;
+            }
+        }
+        Self {
+            energy: answer[0],
+            stress: std::array::from_fn(|v| answer[1 + v]),
+            tangent,
+        }
+    }
+}
+
 /// The part of the energy that resists a change of shape. `I1bar`, `I2bar` and `l` are
 /// invariants and principal stretches of `J^-1/3 F`. [`Material::new`] checks constants.
 #[derive(Clone, Copy, Debug, PartialEq)]

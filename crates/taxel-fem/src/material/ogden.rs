@@ -1,31 +1,14 @@
 //! Ogden's law in the principal stretches.
 
 use super::principal::principal;
-use super::{OgdenTerm, Response};
+use super::{Answer, OgdenTerm, Response};
 use crate::scalar::{PAIRS, Scalar, Symmetric, Tensor, left_cauchy_green};
-
-/// Energy, stress and the upper triangle of the tangent, row after row.
-type Answer = [f64; 28];
 
 /// Energy, stress and tangent of `W = sum mu/a (l1^a + l2^a + l3^a - 3)`, where `l`
 /// are the isochoric principal stretches. Each point on its own.
 #[inline(always)]
 pub(super) fn response<S: Scalar>(f: &Tensor<S>, terms: &[OgdenTerm]) -> Response<S> {
-    let answer = S::per_point(&left_cauchy_green(f), |b| at_point(b, terms));
-    let mut tangent = [[answer[0]; 6]; 6];
-    let mut next = 7;
-    for v in 0..6 {
-        for w in v..6 {
-            tangent[v][w] = answer[next];
-            tangent[w][v] = answer[next];
-            next += 1;
-        }
-    }
-    Response {
-        energy: answer[0],
-        stress: std::array::from_fn(|v| answer[1 + v]),
-        tangent,
-    }
+    Response::point_by_point(&left_cauchy_green(f), |b| at_point(b, terms))
 }
 
 /// Energy and its derivatives in principal axes.

@@ -365,6 +365,24 @@ impl TrainedReader {
         stated
     }
 
+    /// What a frame, `free` of contacts or not, says of the zero.
+    fn look_at_zero(&mut self, elapsed: f64, free: bool) {
+        if let Some(watch) = self.watch.as_mut().filter(|_| free && self.rested) {
+            watch.follow(elapsed);
+        }
+        let mut force = None;
+        let stated = self.found.stated.iter();
+        for (number, (doubt, stated)) in self.doubts.iter_mut().zip(stated).enumerate() {
+            let mean = doubt.push(elapsed, free.then_some(*stated));
+            if number == 0 && doubt.deviation() > 0.0 {
+                force = mean;
+            }
+        }
+        if let Some(mean) = force {
+            self.take_off(mean);
+        }
+    }
+
     /// Takes a share of the force that the empty body shows, N, off the readings: the least drift,
     /// in deviations of the channels, that explains it.
     fn take_off(&mut self, force: f64) {
@@ -542,22 +560,12 @@ impl Reader for TrainedReader {
             return;
         };
         self.found = found;
-        let found = &self.found;
         let free = self.is_free();
         self.free_for = match known.elapsed {
             Some(elapsed) if free => self.free_for + elapsed,
             _ => 0.0,
         };
-        if let Some(watch) = self.watch.as_mut().filter(|_| free && self.rested) {
-            watch.follow(known.elapsed.unwrap_or(0.0));
-        }
-        let mut ended = None;
-        for (doubt, stated) in self.doubts.iter_mut().zip(&found.stated).rev() {
-            ended = doubt.push(known.elapsed.unwrap_or(0.0), free.then_some(*stated));
-        }
-        if let Some(mean) = ended.filter(|_| self.doubts[0].deviation() > 0.0) {
-            self.take_off(mean);
-        }
+        self.look_at_zero(known.elapsed.unwrap_or(0.0), free);
         let found = &self.found;
         let recovery = self.maps.rest.as_ref().map_or(0.0, |rest| rest.recovery);
         self.occupied.fill(!free || self.free_for < recovery);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_fem::assembly::state::State;
-use taxel_fem::problem::contact::{Anchor, ContactState};
+use taxel_fem::problem::contact::{Anchor, Contact, ContactState};
 
 use super::body::Body;
 
@@ -36,6 +36,14 @@ pub enum SavedError {
         found: usize,
         /// Numbers needed.
         expected: usize,
+    },
+    /// A point of a contact is held on a facet that the surface does not have.
+    #[error("is damaged: a point of a contact is held on facet {found} of a surface of {facets}")]
+    NoFacet {
+        /// Number of the facet, from 0.
+        found: usize,
+        /// Facets of the surface.
+        facets: usize,
     },
 }
 
@@ -158,6 +166,17 @@ impl Body {
                 })
             };
             contact.anchors = anchors.as_chunks().0.iter().map(anchor).collect();
+            let facets = match &self.solver.problem().contacts[number] {
+                Contact::Surfaces(pair) => pair.second.len(),
+                Contact::Obstacle(_) | Contact::Walls(_) => 0,
+            };
+            let named = contact.anchors.iter().flatten();
+            if let Some(found) = named
+                .filter_map(|anchor| Some(anchor.facet? as usize))
+                .find(|facet| *facet >= facets)
+            {
+                return Err(SavedError::NoFacet { found, facets });
+            }
         }
         let rows = saved.rows.iter();
         let rows: Vec<Vec<f64>> = rows

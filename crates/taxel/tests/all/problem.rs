@@ -591,3 +591,28 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
         assert!(message.contains(part), "{message}");
     }
 }
+
+/// The facet on which a rough contact is held comes from a file that may be damaged.
+#[test]
+fn a_saved_state_that_names_a_facet_beyond_its_surface_is_refused() {
+    let mesh = two_blocks([3, 4]);
+    let rough = TOUCHING.replace("friction = 0", "friction = 0.3");
+    let problem = format!("{TWO_BLOCKS}{rough}");
+    let mut body = body("problem.toml", &problem, mesh.as_bytes()).unwrap();
+    assert_eq!(body.step(|_| true).unwrap(), Ended::Done);
+    let saved = body.save("same");
+    body.restore(&saved, "same").unwrap();
+    let mut damaged: serde_json::Value = serde_json::from_str(&saved).unwrap();
+    let anchors = damaged["anchors"][0].as_str().unwrap().to_owned();
+    // A facet is written as two more than its number; the second surface has three.
+    let bits = |number: f64| format!("{:016x}", number.to_bits());
+    let (held, rest) = anchors.split_at(16);
+    assert!(
+        (2..5).any(|number| held == bits(f64::from(number))),
+        "{held}"
+    );
+    damaged["anchors"][0] = format!("{}{rest}", bits(5.0)).into();
+    let error = body.restore(&damaged.to_string(), "same").unwrap_err();
+    let message = error.to_string();
+    assert!(message.contains("facet 3 of a surface of 3"), "{message}");
+}
