@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::Folder;
+use crate::common::Folder;
 
 /// A board that sends 256 counts, with number, time and check.
 const BOARD: &str = r#"

@@ -268,7 +268,7 @@ impl ForceMap {
     /// Products of the channels, then the memory features and their products.
     pub fn complete(&self, linear: &[f64]) -> Vec<f64> {
         let (channels, memory) = linear.split_at(self.standard.used.len());
-        let mut features = Vec::new();
+        let mut features = Vec::with_capacity(self.ridge.weights().len());
         self.polynomial.expand(channels, &mut features);
         features.extend_from_slice(memory);
         self.mixed.expand(linear, &mut features);

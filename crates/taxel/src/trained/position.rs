@@ -205,11 +205,12 @@ impl PositionEstimator {
                 break;
             }
             let Some((next, lower)) = self.descend(&white, position, step, misfit) else {
+                // The answer that was evaluated last is that of a step which was not taken.
+                self.misfit(&white, position);
                 break;
             };
             (position, misfit) = (next, lower);
         }
-        self.misfit(&white, position);
         let (_, normal) = self.normal(&white);
         Ok(self.judged(position, normal, misfit))
     }

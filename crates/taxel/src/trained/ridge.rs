@@ -90,9 +90,8 @@ impl Moments {
 pub struct Ridge {
     weights: Vec<f64>,
     noise_variance: f64,
-    /// Rows of the lower triangle of L⁻¹, A = L Lᵀ, one after the other.
-    /// Seven digits are more than a deviation needs.
-    inverse_factor: Vec<f32>,
+    /// L⁻¹ with A = L Lᵀ.
+    inverse_factor: Triangle,
 }
 
 impl Ridge {
@@ -144,19 +143,15 @@ impl Ridge {
         Ok(Self {
             weights,
             noise_variance: (rest / (moments.rows - 1.0)).max(f64::MIN_POSITIVE),
-            inverse_factor: (0..size)
-                .flat_map(|i| (0..=i).map(move |j| (i, j)))
-                .map(|(i, j)| (inverse[(i, j)] * scale[j]) as f32)
-                .collect(),
+            inverse_factor: Triangle::new(size, |i, j| (inverse[(i, j)] * scale[j]) as f32),
         })
     }
 
     /// True if a map from a file is one of `features` features.
     pub(super) fn is_sound(&self, features: usize) -> bool {
         self.weights.len() == features
-            && self.inverse_factor.len() == features * (features + 1) / 2
+            && self.inverse_factor.is_sound(features)
             && self.weights.iter().all(|weight| weight.is_finite())
-            && self.inverse_factor.iter().all(|entry| entry.is_finite())
             && self.noise_variance > 0.0
             && self.noise_variance.is_finite()
     }
@@ -168,11 +163,7 @@ impl Ridge {
 
     /// φᵀA⁻¹φ: how far the row is from the training rows, in units of the noise.
     pub fn leverage(&self, features: &[f64]) -> f64 {
-        let features: Vec<f32> = features.iter().map(|f| *f as f32).collect();
-        pulp::Arch::new().dispatch(Leverage {
-            factor: &self.inverse_factor,
-            features: &features[..features.len().min(self.weights.len())],
-        })
+        self.inverse_factor.squared_length(features)
     }
 
     /// σ², variance of one observation about its mean.
@@ -200,52 +191,132 @@ fn lower_inverse(factor: &Mat<f64>) -> Mat<f64> {
     inverse
 }
 
-/// |L⁻¹φ|², in the widest registers of the machine.
-struct Leverage<'a> {
-    /// Rows of the lower triangle.
-    factor: &'a [f32],
-    features: &'a [f32],
+/// Rows of a panel, a register or a few of any machine.
+const ROWS: usize = 64;
+
+/// A lower triangular matrix in panels of rows; a file has its rows one after the other. Seven
+/// digits are more than a deviation needs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<f32>", into = "Vec<f32>")]
+struct Triangle {
+    size: usize,
+    /// Panels one after the other, and of each its columns: products with a vector are then sums
+    /// in as many places as a panel has rows. Rows beyond the last are zero.
+    panels: Vec<[f32; ROWS]>,
 }
 
-impl WithSimd for Leverage<'_> {
+impl Triangle {
+    fn new(size: usize, entry: impl Fn(usize, usize) -> f32) -> Self {
+        let within = |i: usize, j: usize| i < size && j <= i;
+        let at = |i: usize, j: usize| if within(i, j) { entry(i, j) } else { 0.0 };
+        let panel = |first: usize| {
+            let column = move |j: usize| std::array::from_fn(|row| at(first + row, j));
+            (0..size.min(first + ROWS)).map(column)
+        };
+        Self {
+            size,
+            panels: (0..size).step_by(ROWS).flat_map(panel).collect(),
+        }
+    }
+
+    fn is_sound(&self, size: usize) -> bool {
+        self.size == size && self.panels.as_flattened().iter().all(|x| x.is_finite())
+    }
+
+    /// |L φ|², in the widest registers of the machine.
+    fn squared_length(&self, vector: &[f64]) -> f64 {
+        let vector: Vec<f32> = vector.iter().map(|f| *f as f32).collect();
+        pulp::Arch::new().dispatch(SquaredLength {
+            triangle: self,
+            vector: &vector,
+        })
+    }
+}
+
+/// From rows one after the other; those of no triangle become an empty one, which is not sound.
+impl From<Vec<f32>> for Triangle {
+    fn from(rows: Vec<f32>) -> Self {
+        let size = (2.0 * rows.len() as f64).sqrt() as usize;
+        if size * (size + 1) / 2 != rows.len() {
+            return Self::new(0, |_, _| 0.0);
+        }
+        Self::new(size, |i, j| rows[i * (i + 1) / 2 + j])
+    }
+}
+
+impl From<Triangle> for Vec<f32> {
+    fn from(triangle: Triangle) -> Self {
+        let (mut rows, mut first) = (Vec::new(), 0);
+        for i in 0..triangle.size {
+            if i > 0 && i % ROWS == 0 {
+                first += i;
+            }
+            rows.extend((0..=i).map(|j| triangle.panels[first + j][i % ROWS]));
+        }
+        rows
+    }
+}
+
+struct SquaredLength<'a> {
+    triangle: &'a Triangle,
+    vector: &'a [f32],
+}
+
+impl WithSimd for SquaredLength<'_> {
     type Output = f64;
 
+    // Indices, because iterators are not inlined here: they take ten times as long.
     #[inline(always)]
     #[allow(
         clippy::inline_always,
         reason = "the registers are those of the caller"
     )]
+    #[allow(clippy::needless_range_loop)]
     fn with_simd<S: Simd>(self, _simd: S) -> f64 {
-        let mut rest = self.factor;
-        let mut sum = 0.0;
-        for row in 1..=self.features.len() {
-            let (head, tail) = rest.split_at(row.min(rest.len()));
-            sum += f64::from(dot_short(head, &self.features[..row])).powi(2);
-            rest = tail;
+        let mut rest = &self.triangle.panels[..];
+        let mut square = 0.0;
+        for first in (0..self.triangle.size).step_by(ROWS) {
+            let (panel, others) = rest.split_at(self.triangle.size.min(first + ROWS));
+            let mut sums = [0.0f32; ROWS];
+            for (column, entry) in panel.iter().zip(self.vector) {
+                for row in 0..ROWS {
+                    sums[row] += column[row] * entry;
+                }
+            }
+            for sum in sums {
+                square += f64::from(sum).powi(2);
+            }
+            rest = others;
         }
-        sum
+        square
     }
 }
 
-/// Σ aᵢ bᵢ in 32 independent sums, the same on every machine. Indices, because iterators are not
-/// inlined across the crates here: they take ten times as long.
-#[inline(always)]
-#[allow(
-    clippy::inline_always,
-    reason = "the registers are those of the caller"
-)]
-#[allow(clippy::needless_range_loop)]
-fn dot_short(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; 32];
-    let ((a_blocks, a_rest), (b_blocks, b_rest)) = (a.as_chunks::<32>(), b.as_chunks::<32>());
-    for (a, b) in a_blocks.iter().zip(b_blocks) {
-        for i in 0..32 {
-            sums[i] += a[i] * b[i];
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_is_its_rows_and_its_product_that_of_them() {
+        for size in [1, 5, 63, 64, 65, 128, 200] {
+            let count = size * (size + 1) / 2;
+            let rows: Vec<f32> = (0..count).map(|k| (k as f32 * 0.7).cos()).collect();
+            let triangle = Triangle::from(rows.clone());
+            assert!(triangle.is_sound(size) && !triangle.is_sound(size + 1));
+            let vector: Vec<f64> = (0..size).map(|j| (j as f64).cos()).collect();
+            let product = |i: usize| -> f64 {
+                let row = &rows[i * (i + 1) / 2..][..=i];
+                let terms = row.iter().zip(&vector);
+                terms.map(|(a, b)| f64::from(*a) * b).sum()
+            };
+            let expected: f64 = (0..size).map(|i| product(i).powi(2)).sum();
+            let found = triangle.squared_length(&vector);
+            assert!(
+                (found / expected - 1.0).abs() < 1e-5,
+                "{size}: {found} {expected}"
+            );
+            assert_eq!(Vec::from(triangle), rows);
         }
+        assert!(!Triangle::from(vec![1.0; 4]).is_sound(2));
     }
-    let mut sum: f32 = sums.iter().sum();
-    for (a, b) in a_rest.iter().zip(b_rest) {
-        sum += a * b;
-    }
-    sum
 }

@@ -5,6 +5,7 @@
 //! (P. H. C. Eilers and B. D. Marx, Stat. Sci. 11, 89, 1996). Of presses of one depth the
 //! functions do not depend on z.
 
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::TrainingError;
@@ -221,35 +222,23 @@ impl Surface {
     pub fn evaluate(&self, position: [f64; 3], value: &mut [f64], slopes: &mut [Vec<f64>; 3]) {
         let local = self.local(position);
         let [_, columns, layers] = self.counts();
-        value.fill(0.0);
-        for slope in slopes.iter_mut() {
-            slope.fill(0.0);
+        let deep = layers.min(4);
+        let mut terms = [(0, [0.0; 4]); 64];
+        for (number, (at, shares)) in terms.iter_mut().take(16 * deep).enumerate() {
+            let [i, j, k] = [number / (4 * deep), number / deep % 4, number % deep];
+            let line = (local.cell[0] + i) * columns + local.cell[1] + j;
+            *at = (line * layers + local.cell[2] + k) * self.width;
+            let axes = [(0, i), (1, j), (2, k)];
+            let [x, y, z] = axes.map(|(axis, of)| local.weights[axis][of]);
+            let [dx, dy, dz] = axes.map(|(axis, of)| local.slopes[axis][of]);
+            *shares = [x * y * z, dx * y * z, x * dy * z, x * y * dz];
         }
-        let [slope_x, slope_y, slope_z] = slopes;
-        for i in 0..4 {
-            for j in 0..4 {
-                let line = (local.cell[0] + i) * columns + local.cell[1] + j;
-                let plane = [
-                    local.weights[0][i] * local.weights[1][j],
-                    local.slopes[0][i] * local.weights[1][j],
-                    local.weights[0][i] * local.slopes[1][j],
-                ];
-                for k in 0..layers.min(4) {
-                    let [w, x, y] = plane.map(|share| share * local.weights[2][k]);
-                    let z = plane[0] * local.slopes[2][k];
-                    let at = line * layers + local.cell[2] + k;
-                    let row = &self.coefficients[at * self.width..(at + 1) * self.width];
-                    let sums = value.iter_mut().zip(slope_x.iter_mut());
-                    let sums = sums.zip(slope_y.iter_mut().zip(slope_z.iter_mut()));
-                    for (((value, sx), (sy, sz)), c) in sums.zip(row) {
-                        *value += w * c;
-                        *sx += x * c;
-                        *sy += y * c;
-                        *sz += z * c;
-                    }
-                }
-            }
-        }
+        let [along_x, along_y, along_z] = slopes;
+        pulp::Arch::new().dispatch(Sums {
+            coefficients: &self.coefficients,
+            terms: &terms[..16 * deep],
+            into: [value, along_x, along_y, along_z],
+        });
     }
 
     /// The functions at a position.
@@ -272,6 +261,55 @@ impl Surface {
             let [near, far] = self.range(axis);
             position[axis].max(near).min(far)
         })
+    }
+}
+
+/// Functions that are summed at once.
+const LANES: usize = 8;
+
+/// Sums of rows of coefficients, each with a share in the value and in each slope, in the widest
+/// registers of the machine.
+struct Sums<'a> {
+    coefficients: &'a [f64],
+    /// Where each row begins, and its shares.
+    terms: &'a [(usize, [f64; 4])],
+    into: [&'a mut [f64]; 4],
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = ();
+
+    // Indices, because iterators are not inlined here.
+    #[inline(always)]
+    #[allow(
+        clippy::inline_always,
+        reason = "the registers are those of the caller"
+    )]
+    #[allow(clippy::needless_range_loop)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let width = self.into[0].len();
+        for first in (0..width).step_by(LANES) {
+            let mut sums = [[0.0; LANES]; 4];
+            let mut last = [0.0; LANES];
+            for (at, shares) in self.terms {
+                let rest = &self.coefficients[at + first..];
+                let row = if let Some(row) = rest.first_chunk::<LANES>() {
+                    row
+                } else {
+                    last[..rest.len()].copy_from_slice(rest);
+                    &last
+                };
+                for kind in 0..4 {
+                    for lane in 0..LANES {
+                        sums[kind][lane] += shares[kind] * row[lane];
+                    }
+                }
+            }
+            let count = LANES.min(width - first);
+            for kind in 0..4 {
+                self.into[kind][first..first + count].copy_from_slice(&sums[kind][..count]);
+            }
+        }
     }
 }
 

@@ -255,14 +255,15 @@ fn the_field_solver_knows_no_sensor() {
 /// A file that is no module of `all/main.rs` would never run.
 #[test]
 fn every_file_of_tests_is_run() {
-    let folder = crates().join("taxel/tests/all");
-    let main = fs::read_to_string(folder.join("main.rs")).unwrap();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-        assert!(
-            name == "main" || main.contains(&format!("mod {name};")),
-            "{name} is not in tests/all/main.rs"
-        );
+    for folder in ["taxel/tests/all", "taxel-cli/tests/all"] {
+        let main = fs::read_to_string(crates().join(folder).join("main.rs")).unwrap();
+        for entry in fs::read_dir(crates().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            assert!(
+                name == "main" || main.contains(&format!("mod {name};")),
+                "{name} is not in {folder}/main.rs"
+            );
+        }
     }
 }

@@ -1,5 +1,4 @@
 //! The program at its boundary: what it prints, and how it ends.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -10,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-const SENSOR: &str = include_str!("../../taxel/sensors/three-axis-8x8.toml");
+const SENSOR: &str = include_str!("../../../taxel/sensors/three-axis-8x8.toml");
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -760,7 +759,7 @@ fn two_hundred_broken_files_are_refused() {
         }
     }
     // Scripts cut at every tenth byte inside their last table.
-    let script = include_str!("../../taxel/sensors/stimuli/finger.toml");
+    let script = include_str!("../../../taxel/sensors/stimuli/finger.toml");
     for cut in (script.len() - 300..script.len() - 10).step_by(10) {
         let path = file(&folder, "script.toml", &script[..cut]);
         refuse(

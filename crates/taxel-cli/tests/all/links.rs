@@ -1,21 +1,11 @@
 //! `taxel live` on links, `taxel device` and `taxel devices`, at the border of the process.
-#![cfg(unix)]
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a panic is how a test fails, and figures are printed"
-)]
-
-#[path = "common/board.rs"]
-mod board;
-mod common;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Command, Stdio};
 
-use board::{Beside, device, objects, web_socket};
-use common::{Folder, done, refused, taxel};
+use crate::board::{self, Beside, device, objects, web_socket};
+use crate::common::{Folder, done, refused, taxel};
 use serde_json::Value;
 
 /// Summary of a run that ends well.

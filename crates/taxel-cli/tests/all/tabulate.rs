@@ -1,11 +1,8 @@
 //! `taxel tabulate`, and what a sensor file with its table answers.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 
-use common::{Folder, done, refused, refused_with};
+use crate::common::{Folder, done, refused, refused_with};
 use serde_json::Value;
 
 fn answer(arguments: &[&str], column: &str) -> f64 {
@@ -31,7 +28,7 @@ fn a_sensor_file_with_its_table_answers_as_finite_elements() {
     assert!(refused(&arguments).contains("--force"));
 
     let sensor = folder.path("mine.toml");
-    let shipped = include_str!("../../taxel/sensors/in-plane-50um.toml");
+    let shipped = include_str!("../../../taxel/sensors/in-plane-50um.toml");
     let key = "\nmechanics = { table = \"path.json\" }\n\n[array]";
     fs::write(&sensor, shipped.replacen("\n[array]", key, 1)).unwrap();
     let load = ["--load", "fz=10 N"];

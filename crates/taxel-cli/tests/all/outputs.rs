@@ -1,9 +1,5 @@
 //! Results and inputs: the program leaves alone what belongs to someone else, and waits for
 //! nothing that never comes.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 use std::io::Read as _;
@@ -11,7 +7,7 @@ use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _,
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Folder, done, refused, taxel};
+use crate::common::{Folder, done, refused, taxel};
 
 const SENSOR: &str = "three-axis-unit";
 /// What a run may take that does no work, on a slow and busy machine.
@@ -98,7 +94,7 @@ fn a_link_stays_a_link_and_its_target_is_written() {
 #[test]
 fn an_input_is_never_written_whatever_name_it_has() {
     let folder = Folder::new("inputs");
-    let text = include_str!("../../taxel/sensors/three-axis-unit.toml");
+    let text = include_str!("../../../taxel/sensors/three-axis-unit.toml");
     let sensor = folder.path("sensor.toml");
     fs::write(&sensor, text).unwrap();
     let (link, hard) = (folder.path("link.toml"), folder.path("hard.toml"));
@@ -215,7 +211,7 @@ fn inputs_that_never_end_or_never_begin_are_refused_quickly() {
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
-    let text = include_bytes!("../../taxel/sensors/three-axis-unit.toml");
+    let text = include_bytes!("../../../taxel/sensors/three-axis-unit.toml");
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), text).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
@@ -311,7 +307,7 @@ fn files_cannot_steer_the_terminal() {
     )
     .unwrap();
     let sensor = folder.path("sensor.toml");
-    let text = include_str!("../../taxel/sensors/three-axis-unit.toml");
+    let text = include_str!("../../../taxel/sensors/three-axis-unit.toml");
     let wrong = text.replacen("schema = 2", "schema = 2\n\"\\u001B[31m\" = 1", 1);
     fs::write(&sensor, wrong).unwrap();
     for arguments in [

@@ -1,8 +1,5 @@
 //! From readings of a bench to a calibrated prediction and live touch, at the
 //! boundary of the program.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use common::{Folder, done, refused};
+use crate::common::{Folder, done, refused};
 
 const SENSOR: &str = "in-plane-50um";
 

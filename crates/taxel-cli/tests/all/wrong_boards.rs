@@ -1,7 +1,4 @@
 //! Board files that are wrong, and boards that begin anew, at the border of the process.
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
-mod common;
 
 use std::fs;
 use std::io::Write as _;
@@ -9,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{Folder, done, refused, taxel};
+use crate::common::{Folder, done, refused, taxel};
 use serde_json::Value;
 use taxel_board::{Board, Encoder, board_file_of_hello};
 use taxel_recording::Frame;

@@ -1,12 +1,9 @@
 //! The commands that solve: what they print and write, and what they refuse.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{done as answered, refused_with as refused, taxel};
+use crate::common::{done as answered, refused_with as refused, taxel};
 use serde_json::Value;
 use taxel::design::Study;
 use taxel::sensor::Sensor;

@@ -1,5 +1,4 @@
 //! Licences and bans of all dependencies, from `cargo metadata`.
-#![allow(clippy::unwrap_used)]
 
 use std::process::Command;
 

@@ -2,12 +2,7 @@
 //! byte, and goes into other programs.
 //!
 //! The long form, a thousand kills, takes about ten minutes:
-//! `cargo test --release -p taxel-cli --test recording -- --ignored --nocapture`
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
-
-mod common;
-mod python;
+//! `cargo test --release -p taxel-cli --test all recording:: -- --ignored --nocapture`
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,8 +11,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use common::{Folder, done, refused, taxel};
-use python::python;
+use crate::common::{Folder, done, refused, taxel};
+use crate::python::python;
 use serde_json::Value;
 use taxel_recording::mcap::{FrameMessage, McapReader, Message, Topic};
 
@@ -451,7 +446,7 @@ fn utc_ns() -> u64 {
 
 /// A 1 kHz twin of 16 channels.
 fn fast_sensor(folder: &Folder) -> String {
-    let text = include_str!("../../taxel/sensors/piezo-1.5mm.toml");
+    let text = include_str!("../../../taxel/sensors/piezo-1.5mm.toml");
     let text = text
         .replace("\nrows = 2", "\nrows = 4")
         .replace("\"100 us\"", "\"50 us\"");

@@ -1,13 +1,9 @@
 //! `taxel export`: bodies for MuJoCo and places for any engine; and, where there is a Python with
 //! it, MuJoCo itself.
-#![allow(clippy::unwrap_used)]
-
-mod common;
-mod python;
 
 use std::process::Command;
 
-use common::{Folder, done, refused};
+use crate::common::{Folder, done, refused};
 use serde_json::Value;
 
 #[test]
@@ -46,7 +42,7 @@ fn every_sensor_has_bodies_and_poses() {
 
 #[test]
 fn a_ball_at_rest_in_mujoco_weighs_what_the_taxels_read() {
-    let Some(python) = python::python(&["mujoco", "numpy"]) else {
+    let Some(python) = crate::python::python(&["mujoco", "numpy"]) else {
         return;
     };
     let folder = Folder::new("mujoco");

@@ -1,16 +1,12 @@
 //! `taxel solve`: what it prints and writes, and what it refuses.
-#![allow(clippy::unwrap_used)]
-
-mod common;
-mod python;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{done as answered, refused_with as refused, taxel};
-use python::python;
+use crate::common::{done as answered, refused_with as refused, taxel};
+use crate::python::python;
 use serde_json::Value;
 use taxel::problem::ProblemFile;
 

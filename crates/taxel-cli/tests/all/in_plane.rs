@@ -1,5 +1,4 @@
 //! The in-plane sensor at the boundary of the program.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::Path;

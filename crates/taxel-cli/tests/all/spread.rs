@@ -1,11 +1,8 @@
 //! `taxel predict --spread`: the interval that the stated deviations leave.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 
-use common::{Folder, done, refused_with};
+use crate::common::{Folder, done, refused_with};
 use serde_json::Value;
 
 fn row(arguments: &[&str]) -> Value {
@@ -28,7 +25,7 @@ const SLACK: f64 = 0.27;
 #[test]
 fn a_gap_that_scatters_leaves_the_answers_at_its_own_quantiles() {
     let folder = Folder::new("spread");
-    let shipped = include_str!("../../taxel/sensors/in-plane-50um.toml");
+    let shipped = include_str!("../../../taxel/sensors/in-plane-50um.toml");
     let at = |gap: f64| {
         let file = folder.path(&format!("{gap}.toml"));
         fs::write(

@@ -1,8 +1,5 @@
 //! Arrays without a physical model, from recordings to live touch, at the
 //! boundary of the program.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)]
-
-mod common;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use common::{Folder, done, refused};
+use crate::common::{Folder, done, refused};
 
 const SENSOR: &str = "eflesh-lattice";
 

@@ -1,13 +1,10 @@
 //! Loads and files at the edge of what each device takes: one clear message
 //! and exit code 2, or a state with its limit; never a number that is none.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 
-use common::{refused_with, taxel};
+use crate::common::{refused_with, taxel};
 use serde_json::Value;
 use taxel::sensor::Sensor;
 

@@ -1,19 +1,15 @@
 //! `taxel fabricate`: its folder, its summary, its refusals; and, where there is a Python with
 //! them, its files as ezdxf, gdstk and trimesh read them.
-#![allow(clippy::unwrap_used)]
-
-mod common;
-mod python;
 
 use std::fs;
 use std::process::Command;
 
-use common::{Folder, done, refused, refused_with};
+use crate::common::{Folder, done, refused, refused_with};
 use serde_json::Value;
 
 #[test]
 fn programs_of_others_read_the_files_of_every_device() {
-    let Some(python) = python::python(&["ezdxf", "gdstk", "trimesh"]) else {
+    let Some(python) = crate::python::python(&["ezdxf", "gdstk", "trimesh"]) else {
         return;
     };
     let folder = Folder::new("fabricate-read");

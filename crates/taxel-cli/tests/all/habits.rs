@@ -1,12 +1,9 @@
 //! What a command of the shell does: completes, has manual pages, and colours its errors.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 use std::process::Command;
 
-use common::{Folder, done, refused, refused_with};
+use crate::common::{Folder, done, refused, refused_with};
 
 /// Standard error of a wrong command with these variables set.
 fn error_with(variables: &[(&str, &str)]) -> String {

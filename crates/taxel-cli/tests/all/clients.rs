@@ -1,23 +1,12 @@
 //! The clients in Python and JavaScript against the program; left out with a word where an
 //! interpreter is missing.
-#![cfg(unix)]
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    dead_code,
-    reason = "a panic is how a test fails, and not every test needs all helpers"
-)]
-
-#[path = "common/board.rs"]
-mod board;
-mod common;
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use board::{Beside, device, objects};
-use common::Folder;
+use crate::board::{self, Beside, device, objects};
+use crate::common::Folder;
 use serde_json::Value;
 
 fn clients() -> PathBuf {
@@ -166,7 +155,7 @@ fn a_program_in_python_is_a_source() {
     let board = folder.path("json-lines.toml");
     fs::write(&board, JSON_LINES).unwrap();
     let source = format!("exec:python3 '{}' 256", script.to_str().unwrap());
-    let output = common::taxel(&[
+    let output = crate::common::taxel(&[
         "live",
         "three-axis-8x8",
         "--raw",

@@ -1,13 +1,10 @@
 //! `taxel estimate` at the boundary of the program: the same numbers as `taxel live`.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use common::{Folder, done, refused};
+use crate::common::{Folder, done, refused};
 
 /// A table as its columns by name.
 fn columns(text: &str) -> HashMap<String, Vec<String>> {

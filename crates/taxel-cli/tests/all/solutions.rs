@@ -1,12 +1,11 @@
 //! Solutions of drawings that no table has: kept between runs, and made again where
 //! what was kept is of no use.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-const SENSOR: &str = include_str!("../../taxel/sensors/liquid-metal-2x4.toml");
+const SENSOR: &str = include_str!("../../../taxel/sensors/liquid-metal-2x4.toml");
 
 /// A folder of its own for one test.
 struct Folder(PathBuf);

@@ -1,13 +1,10 @@
 //! Maps of pressure: what is a contact on real recordings, and what a user may show.
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{Folder, done, refused, taxel};
+use crate::common::{Folder, done, refused, taxel};
 use serde_json::Value;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{MOST_CONTACTS, MapOptions, TouchEventKind, TouchSession};

@@ -1,15 +1,11 @@
 //! The commands of studies at the border of the process: stores, parts, signals, messages.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used)]
-
-mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::{Folder, done, refused, taxel};
+use crate::common::{Folder, done, refused, taxel};
 
 /// A study of 24 x 12 designs.
 const STUDY: &str = r#"
@@ -178,7 +174,7 @@ fn runs_that_are_killed_go_on() {
 }
 
 #[test]
-#[ignore = "a minute: cargo test -p taxel-cli --test studies -- --ignored"]
+#[ignore = "a minute: cargo test -p taxel-cli --test all studies:: -- --ignored"]
 fn runs_that_are_killed_two_hundred_times_go_on() {
     killed(200);
 }
