@@ -408,12 +408,10 @@ impl System {
         let components = self.unknowns.components();
         let mut reference = [[0.0; 3]; MAX_NODES];
         let mut displacement = [[0.0; 3]; MAX_NODES];
-        if tangent {
-            let rows: usize = (0..mesh.cell_count())
-                .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
-                .sum();
-            out.recovery.reserve(rows * components * MAX_PRESSURES);
-        }
+        let rows: usize = (0..mesh.cell_count())
+            .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
+            .sum();
+        out.recovery.reserve(rows * components * MAX_PRESSURES);
         for cell in 0..mesh.cell_count() {
             let nodes = mesh.cell(cell);
             for (n, &node) in nodes.iter().enumerate() {
@@ -440,8 +438,8 @@ impl System {
                     out.forces[node as usize * components + i] += kernel.force(i, n);
                 }
             }
+            out.recovery.extend_from_slice(kernel.recovery());
             if tangent {
-                out.recovery.extend_from_slice(kernel.recovery());
                 let first = self.first_place[cell] as usize;
                 let own = &self.places[first..self.first_place[cell + 1] as usize];
                 let kernel = &self.kernels[usize::from(self.kernel_of[cell])];

@@ -1,6 +1,7 @@
 //! Linear and nonlinear solution.
 
 mod control;
+mod designs;
 pub mod failure;
 pub mod linear;
 mod memory;

@@ -1,5 +1,6 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
+use super::designs::Neighbours;
 use super::failure::{Failure, Reason};
 use super::memory::{Times, held, remember};
 pub use super::settings::{Continue, Settings, Step};
@@ -51,8 +52,9 @@ pub struct Solver {
     /// Targets of the accepted state.
     pub(super) targets: Vec<f64>,
     previous: Option<Previous>,
+    pub(super) neighbours: Neighbours,
     /// First energy of an iteration, carried over steps.
-    scale: f64,
+    pub(super) scale: f64,
     /// Newton iterations since the beginning.
     pub iterations: usize,
 }
@@ -107,6 +109,7 @@ impl Solver {
             state,
             targets,
             previous: None,
+            neighbours: Neighbours::default(),
             scale: 0.0,
             iterations: 0,
         };
@@ -134,6 +137,7 @@ impl Solver {
         self.state = state;
         self.targets = targets;
         self.previous = None;
+        self.neighbours.clear();
         self.scale = 0.0;
     }
 
@@ -605,7 +609,7 @@ impl Solver {
     }
 
     /// The state after a part of a change, and the volume that it misses.
-    fn apply(
+    pub(super) fn apply(
         &self,
         trial: &mut State,
         before: &State,
@@ -713,7 +717,7 @@ impl Solver {
 
 /// True if the iteration has fallen to what rounding leaves of it; `rounding` is the energy that
 /// rounding is worth.
-fn at_floor(energies: &[f64], rounding: f64) -> bool {
+pub(super) fn at_floor(energies: &[f64], rounding: f64) -> bool {
     let floor = rounding.sqrt();
     match energies {
         [.., before, last] => {
@@ -758,11 +762,11 @@ fn alternates(energies: &[f64]) -> bool {
     like(before) < 0.2 && like(last) < 0.5
 }
 
-struct Change {
-    unknowns: Vec<f64>,
-    parameters: Vec<f64>,
-    energy: f64,
-    given_only: bool,
+pub(super) struct Change {
+    pub(super) unknowns: Vec<f64>,
+    pub(super) parameters: Vec<f64>,
+    pub(super) energy: f64,
+    pub(super) given_only: bool,
 }
 
 impl From<ProblemError> for Reason {
