@@ -361,7 +361,12 @@ impl WithSimd for Evaluation<'_, '_> {
     type Output = Result<(), Inverted>;
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
-        let compliance = self.kernel.points_pass(self.input, self.tangent)?;
+        // Without the tangent what only it needs is not even computed.
+        let compliance = if self.tangent {
+            self.kernel.points_pass::<true>(self.input)?
+        } else {
+            self.kernel.points_pass::<false>(self.input)?
+        };
         let wide = S::F64_LANES >= Lanes::COUNT;
         match self.kernel.kinematics {
             Kinematics::PlaneStrain => self.kernel.node_passes::<2, 2>(&compliance),
@@ -401,10 +406,9 @@ struct Compliance {
 impl Kernel {
     /// Deformation, stress and moduli at all quadrature points, several at once.
     #[inline(always)]
-    fn points_pass(
+    fn points_pass<const TANGENT: bool>(
         &mut self,
         input: &CellInput<'_>,
-        tangent: bool,
     ) -> Result<Compliance, Inverted> {
         let pressures = self.kinematics.pressures();
         let mut compliance = Compliance {
@@ -488,7 +492,7 @@ impl Kernel {
             for v in 0..3 {
                 stress[v] = stress[v] + hydrostatic;
             }
-            if tangent {
+            if TANGENT {
                 self.store_moduli(group, &response.tangent, hydrostatic, &stress, weight);
             }
             let scale = size_ratio * weight;
