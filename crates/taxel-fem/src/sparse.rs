@@ -196,6 +196,23 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
+    /// Analyses a pattern for factorisation by so many threads, 1 at least; [`Self::analyse`]
+    /// takes those of the pool that calls it. The factor is the same for any number, bit by bit.
+    ///
+    /// # Errors
+    /// When the factor does not fit in memory.
+    pub fn for_threads(pattern: &Pattern, threads: usize) -> Result<Self, LinearError> {
+        let analysis = Analysis::of(pattern, threads);
+        let unknowns = pattern.size();
+        let factor = Factor::new(&analysis, unknowns, threads);
+        Ok(Self {
+            factor: factor.ok_or(LinearError::Memory { unknowns })?,
+            analysis,
+            indefinite: None,
+            definiteness: Definiteness::Positive,
+        })
+    }
+
     /// Number of negative eigenvalues of the last matrix.
     pub(crate) fn negative_eigenvalues(&self) -> usize {
         match (&self.indefinite, self.definiteness) {
@@ -207,15 +224,12 @@ impl Cholesky {
 
 impl Factorisation for Cholesky {
     fn analyse(pattern: &Pattern) -> Result<Self, LinearError> {
-        let analysis = Analysis::of(pattern);
-        let unknowns = pattern.size();
-        let factor = Factor::new(&analysis, unknowns).ok_or(LinearError::Memory { unknowns })?;
-        Ok(Self {
-            analysis,
-            factor,
-            indefinite: None,
-            definiteness: Definiteness::Positive,
-        })
+        // Cases that threads share already are one thread's each.
+        let threads = match rayon::current_thread_index() {
+            Some(_) => 1,
+            None => rayon::current_num_threads(),
+        };
+        Self::for_threads(pattern, threads)
     }
 
     fn refactor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<Definiteness, LinearError> {
