@@ -3,6 +3,7 @@
 mod cells;
 mod designs;
 mod factor;
+mod large;
 mod measure;
 mod peers;
 mod problems;
@@ -20,6 +21,8 @@ solids cells              tangents of the quadratic hexahedron per second
 solids designs COUNT      so many designs on one mesh of problem A
 solids factor A|B SIZE THREADS
                           the factor of a tangent by one thread and by so many
+solids large SIZE factor|iterations
+                          one linear system of problem B by either way
 solids compare FOLDER [ROUNDS [NAME:A|B:SIZE[:SOLVER] ...]]
                           beside the programs peer_NAME.py of a folder";
 
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         ["all"] => peers::all(),
         ["cells"] => cells::run(),
         ["factor", case, size, threads] => factor::run(case, size, threads),
+        ["large", size, way] => large::run(size, way),
         ["designs", count] => designs::run(count),
         ["compare", folder, rest @ ..] => peers::compare(folder, rest),
         [case, size] => solution(case, size, Steps::Fixed),

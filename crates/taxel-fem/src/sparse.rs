@@ -106,6 +106,17 @@ pub enum LinearError {
     /// The matrix has a row that nothing holds.
     #[error("the matrix is singular: a part of the body is not held, or a value is not a number")]
     Singular,
+    /// An iterative solution for a matrix that it can't be found for.
+    #[error(
+        "the tangent is not positive definite at fixed pressures, or not symmetric: no iterative solution; take the direct solver"
+    )]
+    NotPositive,
+    /// An iterative solution that does not converge.
+    #[error("no linear solution after {most} iterations; allow more, or take the direct solver")]
+    Iterations {
+        /// Iterations that were allowed.
+        most: usize,
+    },
     /// The solution does not satisfy the equations.
     #[error(
         "the linear solution leaves a relative residual of {residual:.1e}; at most {limit:.0e} is accepted"

@@ -139,6 +139,14 @@ pub struct Kernel {
     blocks: Vec<f64>,
     /// In place of these where functions and points are products over directions.
     factored: Option<Factored>,
+    /// The tangent is that of the displacement with the pressure eliminated; without, that of
+    /// fixed pressures.
+    pub(crate) condensed: bool,
+    /// `D`, and its inverse.
+    pub(crate) compliance: [[f64; MAX_PRESSURES]; MAX_PRESSURES],
+    pub(crate) stiffness: [[f64; MAX_PRESSURES]; MAX_PRESSURES],
+    /// Slope of the volume ratio by the pressure times the shear modulus, at one of the points.
+    pub(crate) softness: f64,
     /// Elimination: `D^-1 Rp`.
     pub pressure_shift: [f64; MAX_PRESSURES],
     /// Energy of shape change, J (or J/m).
@@ -202,6 +210,10 @@ impl Kernel {
             recovery: vec![ZERO; components * columns * MAX_PRESSURES],
             factored: (shape == CellShape::Hex27 && rule == Points::Usual).then(Factored::new),
             blocks: vec![0.0; 6 * nodes.next_multiple_of(ROWS) * columns * Lanes::COUNT],
+            condensed: true,
+            compliance: [[0.0; MAX_PRESSURES]; MAX_PRESSURES],
+            stiffness: [[0.0; MAX_PRESSURES]; MAX_PRESSURES],
+            softness: 0.0,
             pressure_shift: [0.0; MAX_PRESSURES],
             energy: 0.0,
             rounding: 0.0,
@@ -270,6 +282,22 @@ impl Kernel {
         self.blocks[self.row(block, row) + column]
     }
 
+    /// The same with the pressure eliminated, whatever was asked for.
+    #[inline(always)]
+    pub(crate) fn condensed_tangent(&self, i: usize, a: usize, j: usize, b: usize) -> f64 {
+        let own = self.tangent(i, a, j, b);
+        if self.condensed {
+            return own;
+        }
+        let part = |of: &[Lanes], i: usize, a: usize, m: usize| {
+            let at = (i * self.columns + a / Lanes::COUNT) * MAX_PRESSURES + m;
+            of[at].0[a % Lanes::COUNT]
+        };
+        (0..MAX_PRESSURES).fold(own, |sum, m| {
+            sum + part(&self.coupling, i, a, m) * part(&self.recovery, j, b, m)
+        })
+    }
+
     /// The tangent of the last cell node by node.
     pub fn node_blocks(&self) -> NodeBlocks<'_> {
         let size = self.row(1, 0);
@@ -294,6 +322,11 @@ impl Kernel {
     /// pressure function.
     pub fn recovery(&self) -> &[Lanes] {
         &self.recovery
+    }
+
+    /// Change of the force on a node with the pressures, `Kup`: in the same order.
+    pub(crate) fn coupling(&self) -> &[Lanes] {
+        &self.coupling
     }
 
     /// Evaluates residual and, on request, tangent of a cell.
@@ -391,7 +424,11 @@ impl Kernel {
             return false;
         };
         factored.take_moduli(&self.states, &self.moduli);
-        factored.take_coupling(&self.coupling, &self.recovery);
+        if self.condensed {
+            factored.take_coupling(&self.coupling, &self.recovery);
+        } else {
+            factored.drop_coupling();
+        }
         factored.multiply();
         true
     }
@@ -477,6 +514,7 @@ impl Kernel {
                 asked.0[lane] = growth;
                 slope.0[lane] = eliminated(derivative, shear, input.elimination);
             }
+            self.softness = slope.0[0] * shear;
             let excess = (growth - asked) * weight;
             slope = slope * weight;
             energy = energy + response.energy * weight;
@@ -681,13 +719,13 @@ fn sum(lanes: Lanes) -> f64 {
     ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
 }
 
-/// Inverse of a small positive definite matrix given by its lower triangle, each entry
-/// as parts of a sum.
+/// A small positive definite matrix given by its lower triangle, each entry as parts of a sum,
+/// and its inverse.
 #[inline(always)]
-fn inverse_of(
+fn small_and_inverse(
     lower: &[[Lanes; MAX_PRESSURES]; MAX_PRESSURES],
     size: usize,
-) -> [[f64; MAX_PRESSURES]; MAX_PRESSURES] {
+) -> [[[f64; MAX_PRESSURES]; MAX_PRESSURES]; 2] {
     // Gauss-Jordan without pivoting: safe for positive definite matrices.
     let mut a = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for m in 0..size {
@@ -696,6 +734,7 @@ fn inverse_of(
             a[n][m] = a[m][n];
         }
     }
+    let whole = a;
     let mut b = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for m in 0..size {
         b[m][m] = 1.0;
@@ -714,7 +753,7 @@ fn inverse_of(
             }
         }
     }
-    b
+    [whole, b]
 }
 
 #[cfg(test)]

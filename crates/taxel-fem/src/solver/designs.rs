@@ -173,7 +173,8 @@ impl Solver {
 
     /// True if a factor stands for all equations.
     fn keeps_factor(&self) -> bool {
-        self.problem.contacts.is_empty()
+        self.iterative.is_none()
+            && self.problem.contacts.is_empty()
             && self.state.memory.histories.is_empty()
             && self.problem.rules().iter().all(|rule| *rule == Rule::Given)
             && self.targets == self.state.parameters

@@ -3,6 +3,7 @@
 mod control;
 mod designs;
 pub mod failure;
+pub mod iterative;
 pub mod linear;
 mod memory;
 pub mod newton;

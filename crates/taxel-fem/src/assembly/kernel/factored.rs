@@ -124,6 +124,13 @@ impl Factored {
         }
     }
 
+    /// Takes no coupling: pressures are fixed.
+    pub(super) fn drop_coupling(&mut self) {
+        for part in &mut self.coupling {
+            part.fill(ZERO);
+        }
+    }
+
     /// All entries.
     #[inline(always)]
     pub(super) fn multiply(&mut self) {
