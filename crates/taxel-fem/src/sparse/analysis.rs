@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::Pattern;
+use super::fronts::PANEL;
 use super::tiles::SIDE;
 
 /// Unknowns that are eliminated together, with the rows that they act on.
@@ -159,9 +160,10 @@ impl Analysis {
                 }
                 let split = roots.remove(0);
                 let front = &self.fronts[split];
-                // Rows below the triangle are shared, the triangle is not.
-                let triangle = work((front.width, 0));
-                top += triangle + (own[split] - triangle) / threads as f64;
+                // Of the triangle a panel is eliminated alone, with what is left of it.
+                let share = (1.5 * PANEL as f64 / front.pivot_strips() as f64).min(1.0);
+                let alone = work((front.width, 0)) * share;
+                top += alone + (own[split] - alone) / threads as f64;
                 roots.extend(self.children(front).iter().map(|&child| child as usize));
                 if roots.is_empty() {
                     break;

@@ -219,12 +219,13 @@ impl WithSimd for Renewal<'_> {
             parts.take(simd, matrix, front, &mut work.local, children.clone());
             let factor = &mut all[front.values - begin..][..front.size()];
             let (top, bottom) = factor.split_at_mut(front.pivot_strips() * front.width);
-            if !parts.eliminate(simd, top, &mut work.triangles) {
+            let strips = front.pivot_strips();
+            if !parts.eliminate(simd, top, &mut work.triangles, 0..strips) {
                 return false;
             }
-            let triangles = &work.triangles[..front.pivot_strips()];
-            let known = &parts.columns[front.pivot_strips() * front.width..];
-            solve_all(simd, known, bottom, (top, triangles), front.width);
+            let triangles = &work.triangles[..strips];
+            let known = &parts.columns[strips * front.width..];
+            solve_all(simd, known, bottom, (top, triangles), (front.width, 0));
             leave(simd, bottom, front.width, 0..front.row_strips(), parts.rest);
             for (left, places) in children {
                 parts.take_rest(simd, left, places);
@@ -267,22 +268,34 @@ impl Work {
         };
         let (width, strips) = (front.width, front.pivot_strips());
         let (top, bottom) = factor.split_at_mut(strips * width);
-        let positive = pulp::Arch::new().dispatch(Head {
+        pulp::Arch::new().dispatch(Head {
             matrix,
             front,
             parts: &mut parts,
             children: &children,
             local: &mut self.local,
-            triangles: &mut self.triangles,
-            top: &mut *top,
         });
-        if !positive {
-            return false;
+        let least = if share { STRIPS } else { usize::MAX };
+        for start in (0..strips).step_by(PANEL) {
+            let panel = start..strips.min(start + PANEL);
+            let end = panel.end;
+            let positive = pulp::Arch::new().dispatch(Panel {
+                parts: &mut parts,
+                triangles: &mut self.triangles,
+                top: &mut *top,
+                panel,
+            });
+            if !positive {
+                return false;
+            }
+            let (done, below) = top.split_at_mut(end * width);
+            let above = (&done[start * width..], &self.triangles[start..end]);
+            let known = &parts.columns[end * width..strips * width];
+            solve_shared(known, below, above, (width, start, least));
         }
         let above = (&*top, &self.triangles[..strips]);
         let known = &parts.columns[strips * width..];
-        let least = if share { STRIPS } else { usize::MAX };
-        solve_shared(known, bottom, above, (width, least));
+        solve_shared(known, bottom, above, (width, 0, least));
         let rows = 0..front.row_strips();
         leave_shared(bottom, rows, parts.rest, (width, least));
         pulp::Arch::new().dispatch(Tail {
@@ -296,25 +309,39 @@ impl Work {
 /// What a child left, and where its rows stand in its parent.
 type Child<'a> = (&'a [Lanes], &'a [u32]);
 
-/// Entries and unknowns of a shared front.
+/// Entries of a shared front.
 struct Head<'a, 'p> {
     matrix: Matrix<'a>,
     front: &'a Front,
     parts: &'a mut Parts<'p>,
     children: &'a [Child<'a>],
     local: &'a mut [u32],
-    triangles: &'a mut [Tile],
-    top: &'a mut [Lanes],
 }
 
 impl WithSimd for Head<'_, '_> {
-    type Output = bool;
+    type Output = ();
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) {
         let children = self.children.iter().copied();
         self.parts
             .take(simd, self.matrix, self.front, self.local, children);
-        self.parts.eliminate(simd, self.top, self.triangles)
+    }
+}
+
+/// Unknowns of a shared front that are eliminated before its other rows are solved with them.
+struct Panel<'a, 'p> {
+    parts: &'a mut Parts<'p>,
+    triangles: &'a mut [Tile],
+    top: &'a mut [Lanes],
+    panel: Range<usize>,
+}
+
+impl WithSimd for Panel<'_, '_> {
+    type Output = bool;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        self.parts
+            .eliminate(simd, self.top, self.triangles, self.panel)
     }
 }
 
@@ -334,30 +361,33 @@ impl WithSimd for Tail<'_, '_> {
     }
 }
 
-/// Rows below the triangle of a shared front.
+/// Rows of a shared front below a panel.
 struct Rows<'a> {
     known: &'a [Lanes],
     strips: &'a mut [Lanes],
     above: (&'a [Lanes], &'a [Tile]),
-    width: usize,
+    /// Width of the front, and the first strip of the panel.
+    shape: (usize, usize),
 }
 
 impl WithSimd for Rows<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        solve_all(simd, self.known, self.strips, self.above, self.width);
+        solve_all(simd, self.known, self.strips, self.above, self.shape);
     }
 }
 
 /// Strips of rows that one thread takes at least.
 const STRIPS: usize = 12;
+/// Strips that one thread eliminates before all threads solve the rows below with them.
+pub(super) const PANEL: usize = 18;
 
 fn solve_shared(
     known: &[Lanes],
     strips: &mut [Lanes],
     above: (&[Lanes], &[Tile]),
-    (width, least): (usize, usize),
+    (width, first, least): (usize, usize, usize),
 ) {
     let count = strips.len() / width;
     if count <= least {
@@ -365,15 +395,15 @@ fn solve_shared(
             known,
             strips,
             above,
-            width,
+            shape: (width, first),
         });
         return;
     }
     let half = (count / 2).next_multiple_of(3) * width;
     let (one, other) = strips.split_at_mut(half);
     rayon::join(
-        || solve_shared(&known[..half], one, above, (width, least)),
-        || solve_shared(&known[half..], other, above, (width, least)),
+        || solve_shared(&known[..half], one, above, (width, first, least)),
+        || solve_shared(&known[half..], other, above, (width, first, least)),
     );
 }
 
@@ -502,17 +532,25 @@ impl Parts<'_> {
         add(simd, left, places, rows, below, begin, self.rest);
     }
 
-    /// Eliminates the unknowns: the triangle of the factor. False when a pivot is not positive.
+    /// Eliminates the unknowns of a panel of strips, which begins by a multiple of three and is
+    /// solved with those before it: a part of the triangle of the factor. False when a pivot is not
+    /// positive.
     #[inline(always)]
-    fn eliminate<S: Simd>(&mut self, simd: S, top: &mut [Lanes], triangles: &mut [Tile]) -> bool {
-        let width = self.width;
-        let strips = width.div_ceil(SIDE);
-        for first in (0..strips).step_by(3) {
+    fn eliminate<S: Simd>(
+        &mut self,
+        simd: S,
+        top: &mut [Lanes],
+        triangles: &mut [Tile],
+        panel: Range<usize>,
+    ) -> bool {
+        let (width, start) = (self.width, panel.start);
+        for first in panel.clone().step_by(3) {
             let (above, own) = top.split_at_mut(first * width);
-            let group = own.len().min(3 * width);
+            let group = (panel.end - first).min(3) * width;
             let (own, known) = (&mut own[..group], &self.columns[first * width..][..group]);
-            solve_all(simd, known, own, (above, &triangles[..first]), width);
-            for number in first..strips.min(first + 3) {
+            let before = (&above[start * width..], &triangles[start..first]);
+            solve_all(simd, known, own, before, (width, start));
+            for number in first..panel.end.min(first + 3) {
                 let (above, own) = own.split_at_mut((number - first) * width);
                 let own = &mut own[..width];
                 let known = &self.columns[number * width..][..width];
@@ -586,14 +624,14 @@ fn add<S: Simd>(
     }
 }
 
-/// Solves rows of the factor with the rows above and their triangles.
+/// Solves rows of the factor with the rows above from strip `first` on and their triangles.
 #[inline(always)]
 fn solve_all<S: Simd>(
     simd: S,
     known: &[Lanes],
     strips: &mut [Lanes],
     above: (&[Lanes], &[Tile]),
-    width: usize,
+    (width, first): (usize, usize),
 ) {
     let mut threes = strips.chunks_exact_mut(3 * width);
     let mut known = known.chunks_exact(width);
@@ -602,10 +640,10 @@ fn solve_all<S: Simd>(
         let (two, three) = others.split_at_mut(width);
         let mut next = || known.next().unwrap_or_default();
         let known = [next(), next(), next()];
-        solve(simd, known, &mut [one, two, three], above, 0);
+        solve(simd, known, &mut [one, two, three], above, first);
     }
     for (own, known) in threes.into_remainder().chunks_exact_mut(width).zip(known) {
-        solve(simd, [known], &mut [own], above, 0);
+        solve(simd, [known], &mut [own], above, first);
     }
 }
 
