@@ -1,8 +1,8 @@
 //! Sparse symmetric matrices and their factorisation.
 //!
 //! Everything that needs a direct solver goes through [`Factorisation`]. Behind it
-//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern, `fronts`
-//! computes their numbers by the products of `tiles`, `triangles` solves. Where the
+//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern and shares them among
+//! threads, `fronts` computes their numbers by the products of `tiles`, `triangles` solves. Where the
 //! matrix has lost its definiteness `faer`'s `L B L^T` takes over (`indefinite`).
 
 mod analysis;
