@@ -29,8 +29,11 @@ pub(crate) fn run(count: &str) -> Result<(), Box<dyn Error>> {
     let (mut results, mut fresh) = (Vec::new(), 0);
     for number in 0..count {
         let lengths = lengths(number);
-        solver.place_nodes(|node| placed(points[node], lengths));
-        if number == 0 || solver.settle().is_err() {
+        let place = |node: usize| placed(points[node], lengths);
+        if number == 0 {
+            solver.place_nodes(place);
+        }
+        if number == 0 || solver.next_design(place).is_err() {
             from_rest(&mut solver, &aim)?;
             fresh += 1;
         }

@@ -2,6 +2,8 @@
 
 mod cells;
 mod designs;
+mod factor;
+mod large;
 mod measure;
 mod peers;
 mod problems;
@@ -17,6 +19,10 @@ const USAGE: &str = "solids A|B SIZE [own]     one solution, as a line of JSON
 solids all                each size in turn, in processes of their own
 solids cells              tangents of the quadratic hexahedron per second
 solids designs COUNT      so many designs on one mesh of problem A
+solids factor A|B SIZE THREADS
+                          the factor of a tangent by one thread and by so many
+solids large SIZE factor|iterations
+                          one linear system of problem B by either way
 solids compare FOLDER [ROUNDS [NAME:A|B:SIZE[:SOLVER] ...]]
                           beside the programs peer_NAME.py of a folder";
 
@@ -26,9 +32,17 @@ pub(crate) const PRESSURE: f64 = 10.0;
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    // All others are of one thread.
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(1);
+    if let Err(error) = threads.build_global() {
+        eprintln!("{error}");
+        return ExitCode::FAILURE;
+    }
     let done = match words.as_slice() {
         ["all"] => peers::all(),
         ["cells"] => cells::run(),
+        ["factor", case, size, threads] => factor::run(case, size, threads),
+        ["large", size, way] => large::run(size, way),
         ["designs", count] => designs::run(count),
         ["compare", folder, rest @ ..] => peers::compare(folder, rest),
         [case, size] => solution(case, size, Steps::Fixed),

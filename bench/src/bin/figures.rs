@@ -26,7 +26,7 @@ const HEADING: &str = "## All figures";
 const SCATTER: f64 = 0.1;
 
 /// Benchmarks with the group of the figures that they print.
-const PROGRAMS: [(&str, &[&str]); 7] = [
+const PROGRAMS: [(&str, &[&str]); 8] = [
     ("compare", &["run", "--release", "--bin", "compare"]),
     ("calibrate", &["run", "--release", "--bin", "calibrate"]),
     ("chain", &["run", "--release", "--bin", "chain"]),
@@ -65,8 +65,24 @@ const PROGRAMS: [(&str, &[&str]); 7] = [
             "1000",
         ],
     ),
+    (
+        "factor",
+        &[
+            "run",
+            "--release",
+            "-p",
+            "taxel-bench-solids",
+            "--",
+            "factor",
+            "B",
+            "12",
+            "2",
+        ],
+    ),
     ("live", &["run", "--release", "--bin", "live_load"]),
 ];
+/// Groups whose programs take more than one core.
+const SEVERAL_CORES: [&str; 2] = ["factor", "live"];
 /// Benchmarks by Criterion, each with its names there and here.
 const CRITERION: [(&str, &str, &[(&str, &str)]); 3] = [
     (
@@ -141,7 +157,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut found = BTreeMap::new();
     for (group, arguments) in PROGRAMS {
         if wanted(group) {
-            found.extend(printed(&cargo(arguments, group != "live")?));
+            found.extend(printed(&cargo(arguments, !SEVERAL_CORES.contains(&group))?));
         }
     }
     for (group, bench, names) in CRITERION {

@@ -90,6 +90,23 @@ impl Lanes {
         ])
     }
 
+    /// `self * factor + other` lane by lane, fused.
+    #[inline(always)]
+    #[must_use]
+    pub fn fused(self, factor: Self, other: Self) -> Self {
+        let (a, b, c) = (self.0, factor.0, other.0);
+        Self([
+            a[0].mul_add(b[0], c[0]),
+            a[1].mul_add(b[1], c[1]),
+            a[2].mul_add(b[2], c[2]),
+            a[3].mul_add(b[3], c[3]),
+            a[4].mul_add(b[4], c[4]),
+            a[5].mul_add(b[5], c[5]),
+            a[6].mul_add(b[6], c[6]),
+            a[7].mul_add(b[7], c[7]),
+        ])
+    }
+
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self(self.0.map(f))

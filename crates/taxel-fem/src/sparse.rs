@@ -1,8 +1,8 @@
 //! Sparse symmetric matrices and their factorisation.
 //!
 //! Everything that needs a direct solver goes through [`Factorisation`]. Behind it
-//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern, `fronts`
-//! computes their numbers by the products of `tiles`, `triangles` solves. Where the
+//! stands a multifrontal Cholesky: `analysis` makes fronts of a pattern and shares them among
+//! threads, `fronts` computes their numbers by the products of `tiles`, `triangles` solves. Where the
 //! matrix has lost its definiteness `faer`'s `L B L^T` takes over (`indefinite`).
 
 mod analysis;
@@ -106,6 +106,17 @@ pub enum LinearError {
     /// The matrix has a row that nothing holds.
     #[error("the matrix is singular: a part of the body is not held, or a value is not a number")]
     Singular,
+    /// An iterative solution for a matrix that it can't be found for.
+    #[error(
+        "the tangent is not positive definite at fixed pressures, or not symmetric: no iterative solution; take the direct solver"
+    )]
+    NotPositive,
+    /// An iterative solution that does not converge.
+    #[error("no linear solution after {most} iterations; allow more, or take the direct solver")]
+    Iterations {
+        /// Iterations that were allowed.
+        most: usize,
+    },
     /// The solution does not satisfy the equations.
     #[error(
         "the linear solution leaves a relative residual of {residual:.1e}; at most {limit:.0e} is accepted"
@@ -196,6 +207,23 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
+    /// Analyses a pattern for factorisation by so many threads, 1 at least; [`Self::analyse`]
+    /// takes those of the pool that calls it. The factor is the same for any number, bit by bit.
+    ///
+    /// # Errors
+    /// When the factor does not fit in memory.
+    pub fn for_threads(pattern: &Pattern, threads: usize) -> Result<Self, LinearError> {
+        let analysis = Analysis::of(pattern, threads);
+        let unknowns = pattern.size();
+        let factor = Factor::new(&analysis, unknowns, threads);
+        Ok(Self {
+            factor: factor.ok_or(LinearError::Memory { unknowns })?,
+            analysis,
+            indefinite: None,
+            definiteness: Definiteness::Positive,
+        })
+    }
+
     /// Number of negative eigenvalues of the last matrix.
     pub(crate) fn negative_eigenvalues(&self) -> usize {
         match (&self.indefinite, self.definiteness) {
@@ -207,15 +235,12 @@ impl Cholesky {
 
 impl Factorisation for Cholesky {
     fn analyse(pattern: &Pattern) -> Result<Self, LinearError> {
-        let analysis = Analysis::of(pattern);
-        let unknowns = pattern.size();
-        let factor = Factor::new(&analysis, unknowns).ok_or(LinearError::Memory { unknowns })?;
-        Ok(Self {
-            analysis,
-            factor,
-            indefinite: None,
-            definiteness: Definiteness::Positive,
-        })
+        // Cases that threads share already are one thread's each.
+        let threads = match rayon::current_thread_index() {
+            Some(_) => 1,
+            None => rayon::current_num_threads(),
+        };
+        Self::for_threads(pattern, threads)
     }
 
     fn refactor(&mut self, pattern: &Pattern, values: &[f64]) -> Result<Definiteness, LinearError> {

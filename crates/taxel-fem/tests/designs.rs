@@ -6,6 +6,7 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grading, Grid2, Mesh};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::{Cavity, Motion, Pressure, Problem, Rule};
+use taxel_fem::solver::iterative::Iterations;
 use taxel_fem::solver::newton::{Continue, Solver};
 
 fn drawn() -> Mesh {
@@ -75,6 +76,58 @@ fn a_moved_body_settles_where_a_new_one_ends() {
             for d in 0..2 {
                 assert!((a[d] - b[d]).abs() < 1e-10, "{a:?} {b:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_next_designs_end_where_new_bodies_do() {
+    let aim = [0.3, 0.1];
+    let mut kept = solver(drawn());
+    kept.load_to(&aim, |_, _| Continue::Yes).unwrap();
+    let points = drawn().points;
+    // Along a line in equal steps, back, with a longer one, and again by the usual way.
+    for (number, factor) in [1.0, 1.01, 1.02, 1.03, 1.04, 1.03, 1.06]
+        .into_iter()
+        .enumerate()
+    {
+        let step = kept
+            .next_design(|node| moved(points[node], factor))
+            .unwrap();
+        assert!(number != 4 || step.iterations <= 3, "{step:?}");
+        let mut other = solver(drawn());
+        other.load_to(&aim, |_, _| Continue::Yes).unwrap();
+        other.place_nodes(|node| moved(points[node], factor));
+        other.settle().unwrap();
+        let other = &other.state().displacement;
+        for (a, b) in kept.state().displacement.iter().zip(other) {
+            for d in 0..2 {
+                assert!((a[d] - b[d]).abs() < 1e-9, "{factor}: {a:?} {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn iterations_solve_what_a_factor_solves() {
+    let aim = [0.3, 0.1];
+    let solutions = [false, true].map(|iterative| {
+        let problem = solver(drawn()).problem().clone();
+        let mut solver = if iterative {
+            Solver::iterative(problem, Iterations::default()).unwrap()
+        } else {
+            Solver::new(problem).unwrap()
+        };
+        assert_eq!(solver.linear_iterations().is_some(), iterative);
+        solver.load_to(&aim, |_, _| Continue::Yes).unwrap();
+        solver
+    });
+    assert!(solutions[1].linear_iterations().unwrap() > 10);
+    let [one, other] = solutions.map(|solver| solver.state().displacement.clone());
+    for (a, b) in one.iter().zip(&other) {
+        for d in 0..2 {
+            // The tolerance of the iterations, over the smallest change of Newton's method.
+            assert!((a[d] - b[d]).abs() < 1e-9, "{a:?} {b:?}");
         }
     }
 }

@@ -14,10 +14,12 @@
 //! stiff solid, while the residual stays that of the exact constraint: the iteration
 //! ends at `J = 1`, one or two steps later.
 
+mod factored;
 mod passes;
 
 use std::cmp::Ordering;
 
+use factored::Factored;
 use passes::ROWS;
 use pulp::{Simd, WithSimd};
 
@@ -135,6 +137,16 @@ pub struct Kernel {
     recovery: Vec<Lanes>,
     /// By block, row and column.
     blocks: Vec<f64>,
+    /// In place of these where functions and points are products over directions.
+    factored: Option<Factored>,
+    /// The tangent is that of the displacement with the pressure eliminated; without, that of
+    /// fixed pressures.
+    pub(crate) condensed: bool,
+    /// `D`, and its inverse.
+    pub(crate) compliance: [[f64; MAX_PRESSURES]; MAX_PRESSURES],
+    pub(crate) stiffness: [[f64; MAX_PRESSURES]; MAX_PRESSURES],
+    /// Slope of the volume ratio by the pressure times the shear modulus, at one of the points.
+    pub(crate) softness: f64,
     /// Elimination: `D^-1 Rp`.
     pub pressure_shift: [f64; MAX_PRESSURES],
     /// Energy of shape change, J (or J/m).
@@ -196,7 +208,12 @@ impl Kernel {
             force: vec![ZERO; components * columns],
             coupling: vec![ZERO; components * columns * MAX_PRESSURES],
             recovery: vec![ZERO; components * columns * MAX_PRESSURES],
+            factored: (shape == CellShape::Hex27 && rule == Points::Usual).then(Factored::new),
             blocks: vec![0.0; 6 * nodes.next_multiple_of(ROWS) * columns * Lanes::COUNT],
+            condensed: true,
+            compliance: [[0.0; MAX_PRESSURES]; MAX_PRESSURES],
+            stiffness: [[0.0; MAX_PRESSURES]; MAX_PRESSURES],
+            softness: 0.0,
             pressure_shift: [0.0; MAX_PRESSURES],
             energy: 0.0,
             rounding: 0.0,
@@ -253,6 +270,9 @@ impl Kernel {
     /// Entry of the tangent of the last cell between two displacements.
     #[inline(always)]
     pub fn tangent(&self, i: usize, a: usize, j: usize, b: usize) -> f64 {
+        if let Some(factored) = &self.factored {
+            return entries(factored.pairs(), self.nodes, a, b)[i][j];
+        }
         let (block, row, column) = match i.cmp(&j) {
             Ordering::Less => (BLOCK[i][j], a, b),
             // Of the symmetric blocks the upper part is there.
@@ -262,14 +282,33 @@ impl Kernel {
         self.blocks[self.row(block, row) + column]
     }
 
+    /// The same with the pressure eliminated, whatever was asked for.
+    #[inline(always)]
+    pub(crate) fn condensed_tangent(&self, i: usize, a: usize, j: usize, b: usize) -> f64 {
+        let own = self.tangent(i, a, j, b);
+        if self.condensed {
+            return own;
+        }
+        let part = |of: &[Lanes], i: usize, a: usize, m: usize| {
+            let at = (i * self.columns + a / Lanes::COUNT) * MAX_PRESSURES + m;
+            of[at].0[a % Lanes::COUNT]
+        };
+        (0..MAX_PRESSURES).fold(own, |sum, m| {
+            sum + part(&self.coupling, i, a, m) * part(&self.recovery, j, b, m)
+        })
+    }
+
     /// The tangent of the last cell node by node.
     pub fn node_blocks(&self) -> NodeBlocks<'_> {
         let size = self.row(1, 0);
         let (width, blocks) = (self.columns * Lanes::COUNT, &self.blocks);
-        NodeBlocks {
-            parts: std::array::from_fn(|block| &blocks[block * size..][..size]),
-            width,
+        if let Some(factored) = &self.factored {
+            return NodeBlocks::Pairs(factored.pairs(), self.nodes);
         }
+        NodeBlocks::Parts(
+            std::array::from_fn(|block| &blocks[block * size..][..size]),
+            width,
+        )
     }
 
     /// Begin of a row of a block.
@@ -283,6 +322,11 @@ impl Kernel {
     /// pressure function.
     pub fn recovery(&self) -> &[Lanes] {
         &self.recovery
+    }
+
+    /// Change of the force on a node with the pressures, `Kup`: in the same order.
+    pub(crate) fn coupling(&self) -> &[Lanes] {
+        &self.coupling
     }
 
     /// Evaluates residual and, on request, tangent of a cell.
@@ -299,17 +343,22 @@ impl Kernel {
 }
 
 /// The tangent of a cell node by node.
-pub struct NodeBlocks<'k> {
-    parts: [&'k [f64]; 6],
-    width: usize,
+pub enum NodeBlocks<'k> {
+    /// By block of components, with the width of their rows.
+    Parts([&'k [f64]; 6], usize),
+    /// By pair of nodes, with their number.
+    Pairs(&'k [Lanes], usize),
 }
 
 impl NodeBlocks<'_> {
     /// Entries between the components of node `a` and those of node `b`.
     #[inline(always)]
     pub fn between(&self, a: usize, b: usize) -> Tensor<f64> {
-        let [xx, xy, xz, yy, yz, zz] = self.parts;
-        let (one, other) = (a * self.width + b, b * self.width + a);
+        let ([xx, xy, xz, yy, yz, zz], width) = match self {
+            Self::Parts(parts, width) => (parts, width),
+            Self::Pairs(pairs, nodes) => return entries(pairs, *nodes, a, b),
+        };
+        let (one, other) = (a * width + b, b * width + a);
         let upper = if a <= b { one } else { other };
         [
             [xx[upper], xy[one], xz[one]],
@@ -317,6 +366,19 @@ impl NodeBlocks<'_> {
             [xz[other], yz[other], zz[upper]],
         ]
     }
+}
+
+/// Entries between two nodes, of pairs of nodes with their blocks of components.
+#[inline(always)]
+fn entries(pairs: &[Lanes], nodes: usize, a: usize, b: usize) -> Tensor<f64> {
+    let (one, other) = (&pairs[a * nodes + b].0, &pairs[b * nodes + a].0);
+    // Of the symmetric blocks the upper part counts.
+    let upper = if a <= b { one } else { other };
+    [
+        [upper[0], one[1], one[2]],
+        [other[1], upper[3], one[4]],
+        [other[2], other[4], upper[5]],
+    ]
 }
 
 /// Number of the block of components `i <= j`.
@@ -332,20 +394,43 @@ impl WithSimd for Evaluation<'_, '_> {
     type Output = Result<(), Inverted>;
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
-        let compliance = self.kernel.points_pass(self.input, self.tangent)?;
+        // Without the tangent what only it needs is not even computed.
+        let compliance = if self.tangent {
+            self.kernel.points_pass::<true>(self.input)?
+        } else {
+            self.kernel.points_pass::<false>(self.input)?
+        };
         let wide = S::F64_LANES >= Lanes::COUNT;
         match self.kernel.kinematics {
             Kinematics::PlaneStrain => self.kernel.node_passes::<2, 2>(&compliance),
             Kinematics::Axisymmetric => self.kernel.node_passes::<2, 3>(&compliance),
             Kinematics::Solid => self.kernel.node_passes::<3, 3>(&compliance),
         }
-        if self.tangent {
+        if self.tangent && !self.kernel.factored_pass() {
             match self.kernel.kinematics.directions() {
                 2 => self.kernel.tangent_pass::<2>(wide),
                 _ => self.kernel.tangent_pass::<3>(wide),
             }
         }
         Ok(())
+    }
+}
+
+impl Kernel {
+    /// The tangent direction by direction; false where that is not possible.
+    #[inline(always)]
+    fn factored_pass(&mut self) -> bool {
+        let Some(factored) = &mut self.factored else {
+            return false;
+        };
+        factored.take_moduli(&self.states, &self.moduli);
+        if self.condensed {
+            factored.take_coupling(&self.coupling, &self.recovery);
+        } else {
+            factored.drop_coupling();
+        }
+        factored.multiply();
+        true
     }
 }
 
@@ -358,10 +443,9 @@ struct Compliance {
 impl Kernel {
     /// Deformation, stress and moduli at all quadrature points, several at once.
     #[inline(always)]
-    fn points_pass(
+    fn points_pass<const TANGENT: bool>(
         &mut self,
         input: &CellInput<'_>,
-        tangent: bool,
     ) -> Result<Compliance, Inverted> {
         let pressures = self.kinematics.pressures();
         let mut compliance = Compliance {
@@ -430,6 +514,7 @@ impl Kernel {
                 asked.0[lane] = growth;
                 slope.0[lane] = eliminated(derivative, shear, input.elimination);
             }
+            self.softness = slope.0[0] * shear;
             let excess = (growth - asked) * weight;
             slope = slope * weight;
             energy = energy + response.energy * weight;
@@ -445,7 +530,7 @@ impl Kernel {
             for v in 0..3 {
                 stress[v] = stress[v] + hydrostatic;
             }
-            if tangent {
+            if TANGENT {
                 self.store_moduli(group, &response.tangent, hydrostatic, &stress, weight);
             }
             let scale = size_ratio * weight;
@@ -634,13 +719,13 @@ fn sum(lanes: Lanes) -> f64 {
     ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
 }
 
-/// Inverse of a small positive definite matrix given by its lower triangle, each entry
-/// as parts of a sum.
+/// A small positive definite matrix given by its lower triangle, each entry as parts of a sum,
+/// and its inverse.
 #[inline(always)]
-fn inverse_of(
+fn small_and_inverse(
     lower: &[[Lanes; MAX_PRESSURES]; MAX_PRESSURES],
     size: usize,
-) -> [[f64; MAX_PRESSURES]; MAX_PRESSURES] {
+) -> [[[f64; MAX_PRESSURES]; MAX_PRESSURES]; 2] {
     // Gauss-Jordan without pivoting: safe for positive definite matrices.
     let mut a = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for m in 0..size {
@@ -649,6 +734,7 @@ fn inverse_of(
             a[n][m] = a[m][n];
         }
     }
+    let whole = a;
     let mut b = [[0.0; MAX_PRESSURES]; MAX_PRESSURES];
     for m in 0..size {
         b[m][m] = 1.0;
@@ -667,5 +753,49 @@ fn inverse_of(
             }
         }
     }
-    b
+    [whole, b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tangent_of_a_hexahedron_is_the_same_in_both_ways() {
+        let shape = CellShape::Hex27;
+        let mut kernel = Kernel::new(shape, Kinematics::Solid, Points::Usual);
+        let places: [[f64; 3]; 27] = std::array::from_fn(|node| {
+            let [x, y, z] = shape.node_at(node);
+            [x + 0.1 * y * z, 0.8 * y - 0.05 * x * x, 1.3 * z + 0.1 * x]
+        });
+        let moved = places.map(|[x, y, z]| [0.1 * z * z, -0.1 * y, 0.1 * x * y]);
+        let material = Material::mooney_rivlin(3.0, 1.0, 0.01).unwrap();
+        let input = CellInput {
+            reference: &places,
+            displacement: &moved,
+            pressure: [1.0, 0.5, -0.5, 0.2],
+            material: &material,
+            memory: None,
+            elimination: ELIMINATION_RATIO,
+        };
+        let mut all = || {
+            kernel.evaluate(&input, true).unwrap();
+            let mut entries = Vec::new();
+            for (a, b) in (0..27).flat_map(|a| (0..27).map(move |b| (a, b))) {
+                let between = kernel.node_blocks().between(a, b);
+                for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                    assert_eq!(between[i][j], kernel.tangent(i, a, j, b));
+                    entries.push(between[i][j]);
+                }
+            }
+            kernel.factored = None;
+            entries
+        };
+        let (one, other) = (all(), all());
+        let most = other.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        for (one, other) in one.iter().zip(&other) {
+            // Rounding of sums of 81 products.
+            assert!((one - other).abs() < 1e-14 * most, "{one} {other}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ mod edges;
 mod foot;
 mod friction;
 pub mod kernel;
+pub(crate) mod mixed;
 mod overlap;
 mod points;
 pub mod state;

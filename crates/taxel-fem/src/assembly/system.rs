@@ -4,6 +4,7 @@ use super::dofs::Unknowns;
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
+use super::mixed::{Mixed, MixedParts};
 use super::surfaces::PairTables;
 use super::unsymmetric::{FreeEdge, Unsymmetric, free_edges};
 use crate::assembly::state::State;
@@ -54,6 +55,8 @@ pub struct System {
     free_edges: Vec<Vec<FreeEdge>>,
     /// Values that nobody needs any more.
     spare: Vec<f64>,
+    /// The tangent is assembled without elimination of the pressures.
+    pub(crate) mixed: Option<Mixed>,
     /// Bulk over shear modulus of the elimination where a solid keeps its volume.
     pub(crate) elimination: f64,
 }
@@ -87,6 +90,8 @@ pub struct Assembled {
     /// Elimination of the pressures: shift, and rows over the nodes of each cell.
     pub pressure_shift: Vec<[f64; MAX_PRESSURES]>,
     recovery: Vec<Lanes>,
+    /// What a tangent has beside its values where pressures are not eliminated.
+    pub(crate) mixed: Option<MixedParts>,
     /// Energy of shape change and of contact, J (J/m in plane strain).
     pub energy: f64,
     /// Energy that rounding is worth, J (J/m in plane strain).
@@ -129,6 +134,7 @@ impl System {
             free_edges: Vec::new(),
             kernels: Vec::new(),
             spare: Vec::new(),
+            mixed: None,
             elimination: ELIMINATION_RATIO,
             unknowns,
         };
@@ -151,6 +157,14 @@ impl System {
             system.extend(problem, &State::rest(problem));
         }
         Ok(system)
+    }
+
+    /// Assembles tangents without elimination of the pressures from here on.
+    pub(crate) fn separate(&mut self, problem: &Problem) -> &Mixed {
+        let components = self.unknowns.components();
+        let held = |node: u32, i: usize| self.held[node as usize * components + i];
+        let mixed = Mixed::new(&problem.mesh, &self.unknowns, held);
+        self.mixed.insert(mixed)
     }
 
     /// Numbers the unknowns anew, with a place in the matrix for the facets that touch in a state
@@ -408,12 +422,15 @@ impl System {
         let components = self.unknowns.components();
         let mut reference = [[0.0; 3]; MAX_NODES];
         let mut displacement = [[0.0; 3]; MAX_NODES];
-        if tangent {
-            let rows: usize = (0..mesh.cell_count())
-                .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
-                .sum();
-            out.recovery.reserve(rows * components * MAX_PRESSURES);
-        }
+        let rows: usize = (0..mesh.cell_count())
+            .map(|c| mesh.cell(c).len().div_ceil(Lanes::COUNT))
+            .sum();
+        out.recovery.reserve(rows * components * MAX_PRESSURES);
+        let mixed = self.mixed.as_ref().filter(|_| tangent);
+        out.mixed = mixed.map(|mixed| MixedParts {
+            corners: vec![0.0; mixed.corners.pattern.entries()],
+            ..MixedParts::default()
+        });
         for cell in 0..mesh.cell_count() {
             let nodes = mesh.cell(cell);
             for (n, &node) in nodes.iter().enumerate() {
@@ -429,6 +446,7 @@ impl System {
                 memory: state.memory.of(cell),
                 elimination: self.elimination,
             };
+            kernel.condensed = mixed.is_none();
             kernel
                 .evaluate(&input, tangent)
                 .map_err(|inverted| inverted_cell(problem, cell, inverted))?;
@@ -440,8 +458,8 @@ impl System {
                     out.forces[node as usize * components + i] += kernel.force(i, n);
                 }
             }
+            out.recovery.extend_from_slice(kernel.recovery());
             if tangent {
-                out.recovery.extend_from_slice(kernel.recovery());
                 let first = self.first_place[cell] as usize;
                 let own = &self.places[first..self.first_place[cell + 1] as usize];
                 let kernel = &self.kernels[usize::from(self.kernel_of[cell])];
@@ -451,7 +469,12 @@ impl System {
                 } else {
                     self.unknowns.scatter_cell::<3>(nodes, own, values, blocks);
                 }
-                self.couple(nodes, out, |i, a, j, b| kernel.tangent(i, a, j, b));
+                if let (Some(mixed), Some(parts)) = (mixed, &mut out.mixed) {
+                    mixed.add((mesh, cell), kernel, &self.unknowns, parts);
+                }
+                self.couple(nodes, out, |i, a, j, b| {
+                    kernel.condensed_tangent(i, a, j, b)
+                });
             }
         }
         Ok(())

@@ -2,10 +2,8 @@
 
 use super::failure::Failure;
 use super::newton::Solver;
-use super::unsymmetric;
 use crate::assembly::system::Assembled;
 use crate::problem::Parameter;
-use crate::sparse::Factorisation;
 
 /// Bulk over shear modulus at which a solid that keeps its volume is taken here: without an
 /// iteration that ends at the exact volume, the share that it gives way is the reciprocal.
@@ -68,9 +66,7 @@ impl Solver {
         let assembled = self.assemble(&self.state.clone());
         self.system.elimination = usual;
         let assembled = assembled.map_err(Failure::at_start)?;
-        let pattern = &self.system.unknowns.pattern;
-        self.factor
-            .refactor(pattern, &assembled.values)
+        self.renew(&assembled)
             .map_err(|error| Failure::at_start(error.into()))?;
         let each = parameters.iter();
         each.map(|&parameter| self.solved(&assembled, parameter))
@@ -83,11 +79,10 @@ impl Solver {
         assembled: &Assembled,
         parameter: Parameter,
     ) -> Result<LinearResponse, Failure> {
-        let pattern = &self.system.unknowns.pattern;
         let coupling = assembled.couplings[parameter.0].iter();
         let load: Vec<f64> = coupling.map(|c| -c).collect();
-        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
-        let unknowns = unsymmetric::solve(&mut self.factor, matrix, &load)
+        let unknowns = self
+            .solve(assembled, &load)
             .map_err(|error| Failure::at_start(error.into()))?;
         let mut parameters = vec![0.0; self.problem.rules().len()];
         parameters[parameter.0] = 1.0;

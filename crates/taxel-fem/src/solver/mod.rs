@@ -1,7 +1,9 @@
 //! Linear and nonlinear solution.
 
 mod control;
+mod designs;
 pub mod failure;
+pub mod iterative;
 pub mod linear;
 mod memory;
 pub mod newton;

@@ -1,6 +1,8 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
+use super::designs::Neighbours;
 use super::failure::{Failure, Reason};
+use super::iterative::{Iterations, MixedTangent, TwoLevels};
 use super::memory::{Times, held, remember};
 pub use super::settings::{Continue, Settings, Step};
 use super::small::{axpy, dot, solve_small};
@@ -12,7 +14,7 @@ use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::solver::unsymmetric;
 use crate::solver::volume::{Lattice, LeastVolume, least_volume};
-use crate::sparse::{Cholesky, Factorisation};
+use crate::sparse::{Cholesky, Definiteness, Factorisation, LinearError, Pattern};
 
 /// An iteration has reached its rounding floor at so many times the estimate of its energy, and
 /// where it no longer falls at so many times more.
@@ -44,6 +46,8 @@ pub struct Solver {
     pub(super) problem: Problem,
     pub(super) system: System,
     pub(super) factor: Cholesky,
+    /// In place of the factor.
+    pub(super) iterative: Option<TwoLevels>,
     pub(super) lattices: Vec<Lattice>,
     /// Settings of the search.
     pub settings: Settings,
@@ -51,8 +55,9 @@ pub struct Solver {
     /// Targets of the accepted state.
     pub(super) targets: Vec<f64>,
     previous: Option<Previous>,
+    pub(super) neighbours: Neighbours,
     /// First energy of an iteration, carried over steps.
-    scale: f64,
+    pub(super) scale: f64,
     /// Newton iterations since the beginning.
     pub iterations: usize,
 }
@@ -93,9 +98,67 @@ impl Solver {
     /// # Errors
     /// When the problem is not complete, or too large for the memory.
     pub fn new(problem: Problem) -> Result<Self, Failure> {
-        let system = System::new(&problem).map_err(|error| Failure::at_start(error.into()))?;
-        let factor = Cholesky::analyse(&system.unknowns.pattern)
-            .map_err(|error| Failure::at_start(error.into()))?;
+        Self::made(problem, None)
+    }
+
+    /// The same for bodies too large for a factor: linear systems are solved by iterations, which
+    /// need a quarter of the memory and, from some hundred thousand unknowns in space on, less
+    /// time. Tangents have to be symmetric and, at fixed pressures, positive definite; whether an
+    /// equilibrium is stable is not found out.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    ///
+    /// # Example
+    /// ```
+    /// use taxel_fem::material::{Law, Material, Volumetric};
+    /// use taxel_fem::mesh::{Axis, Grid3};
+    /// use taxel_fem::problem::{Kinematics, Motion, Problem, Rule};
+    /// use taxel_fem::solver::iterative::Iterations;
+    /// use taxel_fem::solver::newton::{Continue, Solver};
+    ///
+    /// let axis = || Axis::uniform(0.0, 1.0, 3);
+    /// let mesh = Grid3::new([axis()?, axis()?, axis()?], "rubber").mesh()?;
+    /// let mut problem = Problem::new(mesh, Kinematics::Solid)?;
+    /// problem.materials.push(Material::new(Law::neo_hookean(1e5), Volumetric::Quadratic(1e8))?);
+    /// problem.clamp("bottom")?;
+    /// let push = problem.parameter("push", Rule::Given);
+    /// problem.support("top", 2, Motion::Driven(push, 1.0))?;
+    /// let mut forces = Vec::new();
+    /// for mut solver in [
+    ///     Solver::new(problem.clone())?,
+    ///     Solver::iterative(problem, Iterations::default())?,
+    /// ] {
+    ///     solver.load_to(&[-0.1], |_, _| Continue::Yes)?;
+    ///     forces.push(solver.evaluate()?.along[0]);
+    /// }
+    /// assert!((forces[0] / forces[1] - 1.0).abs() < 1e-7);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn iterative(problem: Problem, iterations: Iterations) -> Result<Self, Failure> {
+        Self::made(problem, Some(iterations))
+    }
+
+    fn made(problem: Problem, iterations: Option<Iterations>) -> Result<Self, Failure> {
+        let mut system = System::new(&problem).map_err(|error| Failure::at_start(error.into()))?;
+        let linear = |error: LinearError| Failure::at_start(error.into());
+        let (factor, iterative) = match iterations {
+            None => (
+                Cholesky::analyse(&system.unknowns.pattern).map_err(linear)?,
+                None,
+            ),
+            Some(iterations) => {
+                let none = Pattern {
+                    column_starts: vec![0],
+                    rows: Vec::new(),
+                };
+                let levels = TwoLevels::new(system.separate(&problem), iterations);
+                (
+                    Cholesky::analyse(&none).map_err(linear)?,
+                    Some(levels.map_err(linear)?),
+                )
+            }
+        };
         let state = State::rest(&problem);
         let targets = vec![0.0; problem.rules().len()];
         let mut solver = Self {
@@ -103,15 +166,51 @@ impl Solver {
             problem,
             system,
             factor,
+            iterative,
             settings: Settings::default(),
             state,
             targets,
             previous: None,
+            neighbours: Neighbours::default(),
             scale: 0.0,
             iterations: 0,
         };
         solver.targets = solver.targets_at_rest()?;
         Ok(solver)
+    }
+
+    /// Iterations of the last linear system; none where a factor solves them.
+    pub fn linear_iterations(&self) -> Option<usize> {
+        self.iterative.as_ref().map(|levels| levels.iterations)
+    }
+
+    /// Takes a new tangent to the linear solver.
+    pub(super) fn renew(&mut self, assembled: &Assembled) -> Result<Definiteness, LinearError> {
+        let tangent = tangent(&self.problem, &self.system, assembled);
+        let (Some(levels), Some(tangent)) = (&mut self.iterative, tangent) else {
+            let pattern = &self.system.unknowns.pattern;
+            return self.factor.refactor(pattern, &assembled.values);
+        };
+        levels.renew(&tangent)?;
+        Ok(Definiteness::Positive)
+    }
+
+    /// Solves with the tangent that was taken last.
+    pub(super) fn solve(
+        &mut self,
+        assembled: &Assembled,
+        right: &[f64],
+    ) -> Result<Vec<f64>, LinearError> {
+        let tangent = tangent(&self.problem, &self.system, assembled);
+        let (Some(levels), Some(tangent)) = (&mut self.iterative, tangent) else {
+            let pattern = &self.system.unknowns.pattern;
+            let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+            return unsymmetric::solve(&mut self.factor, matrix, right);
+        };
+        if !assembled.unsymmetric.is_empty() {
+            return Err(LinearError::NotPositive);
+        }
+        levels.solve(&tangent, right)
     }
 
     /// The problem.
@@ -134,6 +233,7 @@ impl Solver {
         self.state = state;
         self.targets = targets;
         self.previous = None;
+        self.neighbours.clear();
         self.scale = 0.0;
     }
 
@@ -474,10 +574,7 @@ impl Solver {
             if assembled.incomplete {
                 assembled = self.extend(trial)?;
             }
-            let values = &assembled.values;
-            let definiteness = self
-                .factor
-                .refactor(&self.system.unknowns.pattern, values)?;
+            let definiteness = self.renew(&assembled)?;
             let change = self.change(trial, &assembled, targets)?;
             self.iterations += 1;
             let energy = change.energy.abs().sqrt();
@@ -548,7 +645,13 @@ impl Solver {
     /// Numbers the unknowns anew for the surfaces that touch in a state, and assembles.
     fn extend(&mut self, state: &State) -> Result<Assembled, Reason> {
         self.system.extend(&self.problem, state);
-        self.factor = Cholesky::analyse(&self.system.unknowns.pattern)?;
+        match &mut self.iterative {
+            Some(levels) => {
+                let settings = levels.settings;
+                *levels = TwoLevels::new(self.system.separate(&self.problem), settings)?;
+            }
+            None => self.factor = Cholesky::analyse(&self.system.unknowns.pattern)?,
+        }
         Ok(self.system.assemble(&self.problem, state, true)?)
     }
 
@@ -605,7 +708,7 @@ impl Solver {
     }
 
     /// The state after a part of a change, and the volume that it misses.
-    fn apply(
+    pub(super) fn apply(
         &self,
         trial: &mut State,
         before: &State,
@@ -655,15 +758,13 @@ impl Solver {
                 free.push(k);
             }
         }
-        let pattern = &self.system.unknowns.pattern;
-        let values = &assembled.values;
-        let matrix = (pattern, values.as_slice(), &assembled.unsymmetric);
-        let mut unknowns = unsymmetric::solve(&mut self.factor, matrix, &right)?;
+        let mut unknowns = self.solve(assembled, &right)?;
         let mut responses = Vec::new();
         for &k in &free {
             let load: Vec<f64> = assembled.couplings[k].iter().map(|c| -c).collect();
-            responses.push(unsymmetric::solve(&mut self.factor, matrix, &load)?);
+            responses.push(self.solve(assembled, &load)?);
         }
+        let rules = self.problem.rules();
         // Small system of the free parameters.
         let size = free.len();
         let mut small = vec![vec![0.0; size]; size];
@@ -711,9 +812,24 @@ impl Solver {
     }
 }
 
+/// The tangent in its mixed form; none where pressures are eliminated.
+fn tangent<'a>(
+    problem: &'a Problem,
+    system: &'a System,
+    assembled: &'a Assembled,
+) -> Option<MixedTangent<'a>> {
+    Some(MixedTangent {
+        mesh: &problem.mesh,
+        unknowns: &system.unknowns,
+        values: &assembled.values,
+        mixed: system.mixed.as_ref()?,
+        parts: assembled.mixed.as_ref()?,
+    })
+}
+
 /// True if the iteration has fallen to what rounding leaves of it; `rounding` is the energy that
 /// rounding is worth.
-fn at_floor(energies: &[f64], rounding: f64) -> bool {
+pub(super) fn at_floor(energies: &[f64], rounding: f64) -> bool {
     let floor = rounding.sqrt();
     match energies {
         [.., before, last] => {
@@ -758,11 +874,11 @@ fn alternates(energies: &[f64]) -> bool {
     like(before) < 0.2 && like(last) < 0.5
 }
 
-struct Change {
-    unknowns: Vec<f64>,
-    parameters: Vec<f64>,
-    energy: f64,
-    given_only: bool,
+pub(super) struct Change {
+    pub(super) unknowns: Vec<f64>,
+    pub(super) parameters: Vec<f64>,
+    pub(super) energy: f64,
+    pub(super) given_only: bool,
 }
 
 impl From<ProblemError> for Reason {

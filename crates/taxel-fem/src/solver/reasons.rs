@@ -3,14 +3,13 @@
 use super::failure::{Mode, Reason};
 use super::newton::{Missed, Solver, since_least};
 use super::small::{axpy, dot};
-use super::unsymmetric;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::mesh::quality::extreme_eigenvalues;
 use crate::problem::{FreePart, Rule, free_part};
 use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
-use crate::sparse::{Factorisation, LinearError};
+use crate::sparse::LinearError;
 
 /// Greatest principal stretch, or the inverse of the least where that is greater.
 fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
@@ -116,10 +115,8 @@ impl Solver {
         for &(k, step) in &moving {
             axpy(-step, &assembled.couplings[k], &mut load);
         }
-        let pattern = &self.system.unknowns.pattern;
-        self.factor.refactor(pattern, &assembled.values).ok()?;
-        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
-        let ahead = unsymmetric::solve(&mut self.factor, matrix, &load).ok()?;
+        self.renew(&assembled).ok()?;
+        let ahead = self.solve(&assembled, &load).ok()?;
         let so_far = self.system.unknown_part(&self.state.displacement);
         let times = dot(&ahead, &ahead).sqrt() / next / (dot(&so_far, &so_far).sqrt() / gone);
         let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
@@ -134,16 +131,14 @@ impl Solver {
     /// The motion with the least stiffness at the accepted state, by inverse iteration.
     fn weakest_mode(&mut self) -> Option<Mode> {
         let assembled = self.assemble(&self.state.clone()).ok()?;
-        let pattern = &self.system.unknowns.pattern;
-        self.factor.refactor(pattern, &assembled.values).ok()?;
-        let matrix = (pattern, assembled.values.as_slice(), &assembled.unsymmetric);
+        self.renew(&assembled).ok()?;
         // Any start that is no motion of its own, and the same each time.
         let count = self.system.unknowns.count();
         let mut shape: Vec<f64> = (0..count)
             .map(|k| libm::sin(1.0 + 1.7 * k as f64))
             .collect();
         for _ in 0..INVERSE_ITERATIONS {
-            shape = unsymmetric::solve(&mut self.factor, matrix, &shape).ok()?;
+            shape = self.solve(&assembled, &shape).ok()?;
             let length = dot(&shape, &shape).sqrt();
             for x in &mut shape {
                 *x /= length;

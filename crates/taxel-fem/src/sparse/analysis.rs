@@ -1,7 +1,10 @@
 //! Symbolic factorisation of a pattern, once for all values: the tree of fronts, their
 //! rows, and where everything stands.
 
+use std::ops::Range;
+
 use super::Pattern;
+use super::fronts::PANEL;
 use super::tiles::SIDE;
 
 /// Unknowns that are eliminated together, with the rows that they act on.
@@ -18,6 +21,8 @@ pub(super) struct Front {
     pub(super) update: usize,
     /// In which of both stacks.
     pub(super) stack: usize,
+    /// Number of its branch; [`TOP`] above all branches.
+    pub(super) branch: u32,
     /// Range of [`Analysis::children`].
     children: (usize, usize),
 }
@@ -60,6 +65,22 @@ pub(super) const fn triangle(strips: usize) -> usize {
     strips * (strips + 1) / 2 * SIDE
 }
 
+/// Number of the fronts above all branches.
+pub(super) const TOP: u32 = u32::MAX;
+
+/// Fronts that are worked through by themselves, with stacks of their own: a branch of the tree
+/// with all below it, or what is above all branches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    /// Its fronts; of the top all fronts, of which those of branches are passed over.
+    pub(super) fronts: Range<usize>,
+    /// Greatest size of both stacks.
+    pub(super) stacks: [usize; 2],
+    /// Size of its greatest front, and strips of its widest one.
+    pub(super) largest: usize,
+    pub(super) widest: usize,
+}
+
 /// The tree of fronts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Analysis {
@@ -70,8 +91,10 @@ pub(super) struct Analysis {
     children: Vec<u32>,
     /// Columns of 8 rows of the whole factor.
     pub(super) values: usize,
-    /// Greatest size of both stacks.
-    pub(super) stacks: [usize; 2],
+    /// Branches that several threads work through at once; the greatest work first.
+    pub(super) branches: Vec<Part>,
+    /// What is above them: without branches, all.
+    pub(super) top: Part,
 }
 
 impl Analysis {
@@ -94,11 +117,115 @@ impl Analysis {
         &self.children[front.children.0..front.children.1]
     }
 
-    pub(super) fn of(pattern: &Pattern) -> Self {
+    /// For so many threads.
+    pub(super) fn of(pattern: &Pattern, threads: usize) -> Self {
         let mut drafts = Drafts::of(pattern);
         drafts.merge();
-        drafts.in_order(pattern.size())
+        let mut analysis = drafts.in_order(pattern.size());
+        analysis.divide(threads);
+        analysis
     }
+
+    /// Chooses the branches for so many threads, and the places in the stacks.
+    fn divide(&mut self, threads: usize) {
+        let own: Vec<f64> = self
+            .fronts
+            .iter()
+            .map(|front| work((front.width, front.rows())))
+            .collect();
+        // Of all that is below, and the first front of it.
+        let mut whole = own.clone();
+        let mut first: Vec<usize> = (0..own.len()).collect();
+        let mut inner = vec![false; own.len()];
+        for number in 0..own.len() {
+            for &child in self.children(&self.fronts[number]) {
+                whole[number] += whole[child as usize];
+                first[number] = first[number].min(first[child as usize]);
+                inner[child as usize] = true;
+            }
+        }
+        let mut roots: Vec<usize> = (0..own.len()).filter(|&front| !inner[front]).collect();
+        let total: f64 = own.iter().sum();
+        let mut best = (total, Vec::new());
+        if threads > 1 && total > WORTH {
+            let mut top = 0.0;
+            loop {
+                roots.sort_by(|&a, &b| whole[b].total_cmp(&whole[a]));
+                let time = top + longest(roots.iter().map(|&root| whole[root]), threads);
+                if time < best.0 {
+                    best = (time, roots.clone());
+                }
+                if roots.len() > BRANCHES * threads || whole[roots[0]] < total / SMALLEST {
+                    break;
+                }
+                let split = roots.remove(0);
+                let front = &self.fronts[split];
+                // Of the triangle a panel is eliminated alone, with what is left of it.
+                let share = (1.5 * PANEL as f64 / front.pivot_strips() as f64).min(1.0);
+                let alone = work((front.width, 0)) * share;
+                top += alone + (own[split] - alone) / threads as f64;
+                roots.extend(self.children(front).iter().map(|&child| child as usize));
+                if roots.is_empty() {
+                    break;
+                }
+            }
+        }
+        for (number, &root) in best.1.iter().enumerate() {
+            let fronts = first[root]..root + 1;
+            for front in &mut self.fronts[fronts.clone()] {
+                front.branch = number as u32;
+            }
+            let part = self.part(fronts, number as u32);
+            self.branches.push(part);
+        }
+        self.top = self.part(0..self.fronts.len(), TOP);
+    }
+
+    /// Puts what the fronts of a part leave on its stacks.
+    fn part(&mut self, fronts: Range<usize>, branch: u32) -> Part {
+        let mut part = Part {
+            fronts: fronts.clone(),
+            ..Part::default()
+        };
+        let mut tops = [0; 2];
+        for number in fronts {
+            if self.fronts[number].branch != branch {
+                continue;
+            }
+            let front = &mut self.fronts[number];
+            let stack = front.stack;
+            front.update = tops[stack];
+            tops[stack] += front.update_size();
+            part.stacks[stack] = part.stacks[stack].max(tops[stack]);
+            part.largest = part.largest.max(front.size());
+            part.widest = part.widest.max(front.pivot_strips());
+            let front = &self.fronts[number];
+            for &child in self.children(front) {
+                let child = &self.fronts[child as usize];
+                if child.branch == branch {
+                    tops[1 - stack] -= child.update_size();
+                }
+            }
+        }
+        part
+    }
+}
+
+/// Work of all fronts from which on branches are shared among threads: about 5 ms.
+const WORTH: f64 = 1e7;
+/// Branches for each thread, at most.
+const BRANCHES: usize = 8;
+/// No branch of a smaller share of all work is divided.
+const SMALLEST: f64 = 16.0;
+
+/// Time of the busiest thread that takes works, the greatest first, whenever it is free.
+fn longest(works: impl Iterator<Item = f64>, threads: usize) -> f64 {
+    let mut busy = vec![0.0; threads];
+    for work in works {
+        busy.sort_by(f64::total_cmp);
+        busy[0] += work;
+    }
+    busy.into_iter().fold(0.0, f64::max)
 }
 
 const NONE: u32 = u32::MAX;
@@ -227,7 +354,6 @@ impl Drafts {
             }
         }
         let mut analysis = Analysis::default();
-        let mut tops = [0; 2];
         for &(draft, level) in &order {
             let (columns, rows) = (&self.columns[draft as usize], &self.rows[draft as usize]);
             let first = analysis.indices.len();
@@ -240,21 +366,16 @@ impl Drafts {
             analysis
                 .children
                 .extend(children.map(|&child| number_of[child as usize]));
-            let stack = level % 2;
             let front = Front {
                 width: columns.len(),
                 first,
                 height: columns.len() + rows.len(),
                 values: analysis.values,
-                update: tops[stack],
-                stack,
+                update: 0,
+                stack: level % 2,
+                branch: TOP,
                 children: (begin, analysis.children.len()),
             };
-            tops[stack] += front.update_size();
-            analysis.stacks[stack] = analysis.stacks[stack].max(tops[stack]);
-            for &child in &analysis.children[begin..] {
-                tops[1 - stack] -= analysis.fronts[child as usize].update_size();
-            }
             analysis.values += front.size();
             analysis.fronts.push(front);
         }

@@ -4,17 +4,30 @@
 //! of the rest: every product reads and writes memory in order.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use pulp::{Simd, WithSimd};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::Pattern;
-use super::analysis::{Analysis, Front, triangle};
+use super::analysis::{Analysis, Front, Part, triangle};
 use super::tiles::{self, EMPTY, SIDE, Tile, ZERO};
 use crate::scalar::Lanes;
 
 /// The factor `L` of `L L'`, its diagonal as reciprocals, with the memory to renew it.
 pub(super) struct Factor {
     pub(super) values: Vec<Lanes>,
+    /// Of each branch.
+    branches: Vec<Work>,
+    /// Of what is above.
+    top: Work,
+    /// Threads that share the branches. They are its own: a thread that waits for them does no
+    /// work of others meanwhile, whatever it may have locked.
+    pool: Option<ThreadPool>,
+}
+
+/// Memory to work through a part of the tree.
+struct Work {
     stacks: [Vec<Lanes>; 2],
     /// Columns of the present front before its elimination: small ones stay in the
     /// cache.
@@ -25,32 +38,137 @@ pub(super) struct Factor {
     triangles: Vec<Tile>,
 }
 
+impl Work {
+    /// None when it does not fit in memory.
+    fn new(part: &Part, unknowns: usize) -> Option<Self> {
+        // Places in a front are counted in 32 bits.
+        u32::try_from(part.largest * SIDE).ok()?;
+        let [even, odd] = part.stacks;
+        Some(Self {
+            stacks: [zeros(even)?, zeros(odd)?],
+            columns: zeros(part.largest)?,
+            local: vec![0; unknowns],
+            triangles: vec![EMPTY; part.widest],
+        })
+    }
+}
+
+/// The matrix and its analysis.
+#[derive(Clone, Copy)]
+struct Matrix<'a> {
+    analysis: &'a Analysis,
+    pattern: &'a Pattern,
+    values: &'a [f64],
+}
+
 impl Factor {
     /// None when it does not fit in memory.
-    pub(super) fn new(analysis: &Analysis, unknowns: usize) -> Option<Self> {
-        let largest = analysis.fronts.iter().map(Front::size).max().unwrap_or(0);
-        let widest = analysis.fronts.iter().map(Front::pivot_strips).max();
-        // Places in a front are counted in 32 bits.
-        u32::try_from(largest * SIDE).ok()?;
-        let [even, odd] = analysis.stacks;
+    pub(super) fn new(analysis: &Analysis, unknowns: usize, threads: usize) -> Option<Self> {
+        let branches = analysis.branches.iter();
+        let threads = ThreadPoolBuilder::new().num_threads(threads);
+        // Without threads the branches come one after the other.
+        let pool = (!analysis.branches.is_empty()).then(|| threads.build().ok());
         Some(Self {
+            pool: pool.flatten(),
             values: zeros(analysis.values)?,
-            stacks: [zeros(even)?, zeros(odd)?],
-            columns: zeros(largest)?,
-            local: vec![0; unknowns],
-            triangles: vec![EMPTY; widest.unwrap_or(0)],
+            branches: branches
+                .map(|part| Work::new(part, unknowns))
+                .collect::<Option<_>>()?,
+            top: Work::new(&analysis.top, unknowns)?,
         })
     }
 
-    /// Factorises the matrix of these values; false when it is not positive definite.
+    /// Factorises the matrix of these values; false when it is not positive definite. Threads
+    /// share the branches, then the rows of each front above them; the order of all sums is the
+    /// same for any number of threads. Among cases that threads share already it is one thread's.
     pub(super) fn renew(&mut self, analysis: &Analysis, pattern: &Pattern, values: &[f64]) -> bool {
-        pulp::Arch::new().dispatch(Renewal {
-            factor: self,
+        let matrix = Matrix {
             analysis,
             pattern,
             values,
-        })
+        };
+        match self.pool.take() {
+            Some(pool) if rayon::current_thread_index().is_none() => {
+                let done = pool.install(|| self.renew_parts(matrix, true));
+                self.pool = Some(pool);
+                done
+            }
+            pool => {
+                self.pool = pool;
+                self.renew_parts(matrix, false)
+            }
+        }
     }
+
+    fn renew_parts(&mut self, matrix: Matrix<'_>, share: bool) -> bool {
+        let analysis = matrix.analysis;
+        if analysis.branches.is_empty() {
+            // All fronts are the top's, in the order of their values.
+            return pulp::Arch::new().dispatch(Renewal {
+                matrix,
+                part: &analysis.top,
+                work: &mut self.top,
+                values: &mut self.values,
+            });
+        }
+        let (own, top) = divided(analysis, &mut self.values);
+        let parts = analysis.branches.iter().zip(&mut self.branches).zip(own);
+        let mut tasks = parts.map(|((part, work), values)| Renewal {
+            matrix,
+            part,
+            work,
+            values,
+        });
+        let positive = if share {
+            let positive = AtomicBool::new(true);
+            rayon::scope(|scope| {
+                for task in tasks {
+                    let positive = &positive;
+                    scope.spawn(move |_| {
+                        if !pulp::Arch::new().dispatch(task) {
+                            positive.store(false, Ordering::Relaxed);
+                        }
+                    });
+                }
+            });
+            positive.into_inner()
+        } else {
+            tasks.all(|task| pulp::Arch::new().dispatch(task))
+        };
+        positive
+            && top.into_iter().all(|(number, values)| {
+                let front = (&analysis.fronts[number], share);
+                self.top.renew_front(matrix, front, &self.branches, values)
+            })
+    }
+}
+
+/// The values of each branch, and of each front of the top with its number.
+type Divided<'a> = (Vec<&'a mut [Lanes]>, Vec<(usize, &'a mut [Lanes])>);
+
+fn divided<'a>(analysis: &Analysis, values: &'a mut [Lanes]) -> Divided<'a> {
+    let mut branches: Vec<&'a mut [Lanes]> = Vec::new();
+    branches.resize_with(analysis.branches.len(), Default::default);
+    let mut top = Vec::new();
+    if branches.is_empty() {
+        return (branches, top);
+    }
+    let mut rest = values;
+    let mut number = 0;
+    while number < analysis.fronts.len() {
+        let branch = analysis.fronts[number].branch;
+        let part = analysis.branches.get(branch as usize);
+        let end = part.map_or(number + 1, |part| part.fronts.end);
+        let size = analysis.fronts[number..end].iter().map(Front::size).sum();
+        let (own, others) = rest.split_at_mut(size);
+        rest = others;
+        match branches.get_mut(branch as usize) {
+            Some(slice) => *slice = own,
+            None => top.push((number, own)),
+        }
+        number = end;
+    }
+    (branches, top)
 }
 
 fn zeros(count: usize) -> Option<Vec<Lanes>> {
@@ -60,11 +178,12 @@ fn zeros(count: usize) -> Option<Vec<Lanes>> {
     Some(columns)
 }
 
+/// A part of the tree by one thread.
 struct Renewal<'a> {
-    factor: &'a mut Factor,
-    analysis: &'a Analysis,
-    pattern: &'a Pattern,
-    values: &'a [f64],
+    matrix: Matrix<'a>,
+    part: &'a Part,
+    work: &'a mut Work,
+    values: &'a mut [Lanes],
 }
 
 impl WithSimd for Renewal<'_> {
@@ -72,20 +191,16 @@ impl WithSimd for Renewal<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Self {
-            factor,
-            analysis,
-            pattern,
-            values,
-        } = self;
-        let Factor {
+            matrix,
+            part,
+            work,
             values: all,
-            stacks,
-            columns,
-            local,
-            triangles,
-        } = factor;
-        for front in &analysis.fronts {
-            let [even, odd] = stacks;
+        } = self;
+        let analysis = matrix.analysis;
+        let begin = analysis.fronts.get(part.fronts.start).map(|f| f.values);
+        let begin = begin.unwrap_or(0);
+        for front in &analysis.fronts[part.fronts.clone()] {
+            let [even, odd] = &mut work.stacks;
             let (own, below) = if front.stack == 0 {
                 (even, &*odd)
             } else {
@@ -93,7 +208,7 @@ impl WithSimd for Renewal<'_> {
             };
             let mut parts = Parts {
                 width: front.width,
-                columns: &mut columns[..front.size()],
+                columns: &mut work.columns[..front.size()],
                 rest: &mut own[front.update..][..front.update_size()],
             };
             let children = analysis.children(front).iter().map(|&child| {
@@ -101,24 +216,236 @@ impl WithSimd for Renewal<'_> {
                 let left = &below[child.update..][..child.update_size()];
                 (left, analysis.places(child))
             });
-            // As a loop it is compiled for wide registers.
-            for column in parts.columns.iter_mut() {
-                *column = ZERO;
-            }
-            parts.take_entries(analysis.indices(front), pattern, values, local);
-            for (left, places) in children.clone() {
-                parts.take_columns(simd, left, places);
-            }
-            let factor = &mut all[front.values..][..front.size()];
-            if !parts.eliminate(simd, factor, triangles) {
+            parts.take(simd, matrix, front, &mut work.local, children.clone());
+            let factor = &mut all[front.values - begin..][..front.size()];
+            let (top, bottom) = factor.split_at_mut(front.pivot_strips() * front.width);
+            let strips = front.pivot_strips();
+            if !parts.eliminate(simd, top, &mut work.triangles, 0..strips) {
                 return false;
             }
+            let triangles = &work.triangles[..strips];
+            let known = &parts.columns[strips * front.width..];
+            solve_all(simd, known, bottom, (top, triangles), (front.width, 0));
+            leave(simd, bottom, front.width, 0..front.row_strips(), parts.rest);
             for (left, places) in children {
                 parts.take_rest(simd, left, places);
             }
         }
         true
     }
+}
+
+impl Work {
+    /// A front above the branches, its rows shared by all threads or not.
+    fn renew_front(
+        &mut self,
+        matrix: Matrix<'_>,
+        (front, share): (&Front, bool),
+        branches: &[Self],
+        factor: &mut [Lanes],
+    ) -> bool {
+        let analysis = matrix.analysis;
+        let [even, odd] = &mut self.stacks;
+        let (own, below) = if front.stack == 0 {
+            (even, &*odd)
+        } else {
+            (odd, &*even)
+        };
+        let children = analysis.children(front).iter().map(|&child| {
+            let child = &analysis.fronts[child as usize];
+            let stack = match branches.get(child.branch as usize) {
+                Some(branch) => &branch.stacks[child.stack],
+                None => below,
+            };
+            let left = &stack[child.update..][..child.update_size()];
+            (left, analysis.places(child))
+        });
+        let children: Vec<Child<'_>> = children.collect();
+        let mut parts = Parts {
+            width: front.width,
+            columns: &mut self.columns[..front.size()],
+            rest: &mut own[front.update..][..front.update_size()],
+        };
+        let (width, strips) = (front.width, front.pivot_strips());
+        let (top, bottom) = factor.split_at_mut(strips * width);
+        pulp::Arch::new().dispatch(Head {
+            matrix,
+            front,
+            parts: &mut parts,
+            children: &children,
+            local: &mut self.local,
+        });
+        let least = if share { STRIPS } else { usize::MAX };
+        for start in (0..strips).step_by(PANEL) {
+            let panel = start..strips.min(start + PANEL);
+            let end = panel.end;
+            let positive = pulp::Arch::new().dispatch(Panel {
+                parts: &mut parts,
+                triangles: &mut self.triangles,
+                top: &mut *top,
+                panel,
+            });
+            if !positive {
+                return false;
+            }
+            let (done, below) = top.split_at_mut(end * width);
+            let above = (&done[start * width..], &self.triangles[start..end]);
+            let known = &parts.columns[end * width..strips * width];
+            solve_shared(known, below, above, (width, start, least));
+        }
+        let above = (&*top, &self.triangles[..strips]);
+        let known = &parts.columns[strips * width..];
+        solve_shared(known, bottom, above, (width, 0, least));
+        let rows = 0..front.row_strips();
+        leave_shared(bottom, rows, parts.rest, (width, least));
+        pulp::Arch::new().dispatch(Tail {
+            parts: &mut parts,
+            children: &children,
+        });
+        true
+    }
+}
+
+/// What a child left, and where its rows stand in its parent.
+type Child<'a> = (&'a [Lanes], &'a [u32]);
+
+/// Entries of a shared front.
+struct Head<'a, 'p> {
+    matrix: Matrix<'a>,
+    front: &'a Front,
+    parts: &'a mut Parts<'p>,
+    children: &'a [Child<'a>],
+    local: &'a mut [u32],
+}
+
+impl WithSimd for Head<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let children = self.children.iter().copied();
+        self.parts
+            .take(simd, self.matrix, self.front, self.local, children);
+    }
+}
+
+/// Unknowns of a shared front that are eliminated before its other rows are solved with them.
+struct Panel<'a, 'p> {
+    parts: &'a mut Parts<'p>,
+    triangles: &'a mut [Tile],
+    top: &'a mut [Lanes],
+    panel: Range<usize>,
+}
+
+impl WithSimd for Panel<'_, '_> {
+    type Output = bool;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        self.parts
+            .eliminate(simd, self.top, self.triangles, self.panel)
+    }
+}
+
+/// The remainders of children on the rows of a shared front.
+struct Tail<'a, 'p> {
+    parts: &'a mut Parts<'p>,
+    children: &'a [Child<'a>],
+}
+
+impl WithSimd for Tail<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (left, places) in self.children {
+            self.parts.take_rest(simd, left, places);
+        }
+    }
+}
+
+/// Rows of a shared front below a panel.
+struct Rows<'a> {
+    known: &'a [Lanes],
+    strips: &'a mut [Lanes],
+    above: (&'a [Lanes], &'a [Tile]),
+    /// Width of the front, and the first strip of the panel.
+    shape: (usize, usize),
+}
+
+impl WithSimd for Rows<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        solve_all(simd, self.known, self.strips, self.above, self.shape);
+    }
+}
+
+/// Strips of rows that one thread takes at least.
+const STRIPS: usize = 12;
+/// Strips that one thread eliminates before all threads solve the rows below with them.
+pub(super) const PANEL: usize = 18;
+
+fn solve_shared(
+    known: &[Lanes],
+    strips: &mut [Lanes],
+    above: (&[Lanes], &[Tile]),
+    (width, first, least): (usize, usize, usize),
+) {
+    let count = strips.len() / width;
+    if count <= least {
+        pulp::Arch::new().dispatch(Rows {
+            known,
+            strips,
+            above,
+            shape: (width, first),
+        });
+        return;
+    }
+    let half = (count / 2).next_multiple_of(3) * width;
+    let (one, other) = strips.split_at_mut(half);
+    rayon::join(
+        || solve_shared(&known[..half], one, above, (width, first, least)),
+        || solve_shared(&known[half..], other, above, (width, first, least)),
+    );
+}
+
+/// Rows of what a shared front leaves.
+struct Products<'a> {
+    strips: &'a [Lanes],
+    width: usize,
+    rows: Range<usize>,
+    rest: &'a mut [Lanes],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        leave(simd, self.strips, self.width, self.rows, self.rest);
+    }
+}
+
+fn leave_shared(
+    strips: &[Lanes],
+    rows: Range<usize>,
+    rest: &mut [Lanes],
+    (width, least): (usize, usize),
+) {
+    if rows.len() <= least {
+        pulp::Arch::new().dispatch(Products {
+            strips,
+            width,
+            rows,
+            rest,
+        });
+        return;
+    }
+    // Half of the products: rows grow longer.
+    let squares = usize::midpoint(rows.start * rows.start, rows.end * rows.end);
+    let half = rows.start + (squares.isqrt() - rows.start).next_multiple_of(3);
+    let (one, other) = rest.split_at_mut(triangle(half) - triangle(rows.start));
+    rayon::join(
+        || leave_shared(strips, rows.start..half, one, (width, least)),
+        || leave_shared(strips, half..rows.end, other, (width, least)),
+    );
 }
 
 /// Numbers of the present front.
@@ -129,6 +456,31 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
+    /// Entries of the matrix, and remainders of the children on unknowns of this front.
+    #[inline(always)]
+    fn take<'c, S: Simd>(
+        &mut self,
+        simd: S,
+        matrix: Matrix<'_>,
+        front: &Front,
+        local: &mut [u32],
+        children: impl Iterator<Item = Child<'c>>,
+    ) {
+        // As a loop it is compiled for wide registers.
+        for column in self.columns.iter_mut() {
+            *column = ZERO;
+        }
+        let Matrix {
+            analysis,
+            pattern,
+            values,
+        } = matrix;
+        self.take_entries(analysis.indices(front), pattern, values, local);
+        for (left, places) in children {
+            self.take_columns(simd, left, places);
+        }
+    }
+
     /// Entries of the matrix.
     #[inline(always)]
     fn take_entries(
@@ -180,27 +532,28 @@ impl Parts<'_> {
         add(simd, left, places, rows, below, begin, self.rest);
     }
 
-    /// Eliminates the unknowns; false when a pivot is not positive.
+    /// Eliminates the unknowns of a panel of strips, which begins by a multiple of three and is
+    /// solved with those before it: a part of the triangle of the factor. False when a pivot is not
+    /// positive.
     #[inline(always)]
     fn eliminate<S: Simd>(
         &mut self,
         simd: S,
-        factor: &mut [Lanes],
+        top: &mut [Lanes],
         triangles: &mut [Tile],
+        panel: Range<usize>,
     ) -> bool {
-        let width = self.width;
-        let strips = width.div_ceil(SIDE);
-        let (top, bottom) = factor.split_at_mut(strips * width);
-        let (known_top, known) = self.columns.split_at(strips * width);
-        for first in (0..strips).step_by(3) {
+        let (width, start) = (self.width, panel.start);
+        for first in panel.clone().step_by(3) {
             let (above, own) = top.split_at_mut(first * width);
-            let group = own.len().min(3 * width);
-            let (own, known) = (&mut own[..group], &known_top[first * width..][..group]);
-            solve_all(simd, known, own, (above, &triangles[..first]), width);
-            for number in first..strips.min(first + 3) {
+            let group = (panel.end - first).min(3) * width;
+            let (own, known) = (&mut own[..group], &self.columns[first * width..][..group]);
+            let before = (&above[start * width..], &triangles[start..first]);
+            solve_all(simd, known, own, before, (width, start));
+            for number in first..panel.end.min(first + 3) {
                 let (above, own) = own.split_at_mut((number - first) * width);
                 let own = &mut own[..width];
-                let known = &known_top[number * width..][..width];
+                let known = &self.columns[number * width..][..width];
                 let above = (&*above, &triangles[first..number]);
                 solve(simd, [known], &mut [&mut *own], above, first);
                 let mut corner = [tiles::load(known, number)];
@@ -212,9 +565,6 @@ impl Parts<'_> {
                 tiles::store(own, number, &corner[0]);
             }
         }
-        let triangles = &triangles[..strips];
-        solve_all(simd, known, bottom, (top, triangles), width);
-        leave(simd, bottom, width, self.rest);
         true
     }
 }
@@ -274,14 +624,14 @@ fn add<S: Simd>(
     }
 }
 
-/// Solves rows of the factor with the rows above and their triangles.
+/// Solves rows of the factor with the rows above from strip `first` on and their triangles.
 #[inline(always)]
 fn solve_all<S: Simd>(
     simd: S,
     known: &[Lanes],
     strips: &mut [Lanes],
     above: (&[Lanes], &[Tile]),
-    width: usize,
+    (width, first): (usize, usize),
 ) {
     let mut threes = strips.chunks_exact_mut(3 * width);
     let mut known = known.chunks_exact(width);
@@ -290,10 +640,10 @@ fn solve_all<S: Simd>(
         let (two, three) = others.split_at_mut(width);
         let mut next = || known.next().unwrap_or_default();
         let known = [next(), next(), next()];
-        solve(simd, known, &mut [one, two, three], above, 0);
+        solve(simd, known, &mut [one, two, three], above, first);
     }
     for (own, known) in threes.into_remainder().chunks_exact_mut(width).zip(known) {
-        solve(simd, [known], &mut [own], above, 0);
+        solve(simd, [known], &mut [own], above, first);
     }
 }
 
@@ -323,27 +673,28 @@ fn solve<S: Simd, const STRIPS: usize>(
     }
 }
 
-/// Leaves the products of the rows below to the parent, their signs changed.
+/// Leaves the products of some strips of the rows below, by a multiple of three begun, to the
+/// parent, their signs changed. `rest` begins with the first of them.
 #[inline(always)]
-fn leave<S: Simd>(simd: S, strips: &[Lanes], width: usize, rest: &mut [Lanes]) {
-    let count = strips.len() / width;
+fn leave<S: Simd>(simd: S, strips: &[Lanes], width: usize, rows: Range<usize>, rest: &mut [Lanes]) {
     let (rest, _) = rest.as_chunks_mut::<SIDE>();
-    let mut first = 0;
-    while first + 3 <= count {
+    let begin = rows.start * (rows.start + 1) / 2;
+    let mut first = rows.start;
+    while first + 3 <= rows.end {
         for column in 0..=first {
             let right = &strips[column * width..][..width];
-            products::<S, 3>(simd, strips, first, right, column, rest);
+            products::<S, 3>(simd, strips, first, right, (column, begin), rest);
         }
         let right = &strips[(first + 1) * width..][..width];
-        products::<S, 2>(simd, strips, first + 1, right, first + 1, rest);
+        products::<S, 2>(simd, strips, first + 1, right, (first + 1, begin), rest);
         let right = &strips[(first + 2) * width..][..width];
-        products::<S, 1>(simd, strips, first + 2, right, first + 2, rest);
+        products::<S, 1>(simd, strips, first + 2, right, (first + 2, begin), rest);
         first += 3;
     }
-    for row in first..count {
+    for row in first..rows.end {
         for column in 0..=row {
             let right = &strips[column * width..][..width];
-            products::<S, 1>(simd, strips, row, right, column, rest);
+            products::<S, 1>(simd, strips, row, right, (column, begin), rest);
         }
     }
 }
@@ -355,7 +706,7 @@ fn products<S: Simd, const TILES: usize>(
     strips: &[Lanes],
     first: usize,
     right: &[Lanes],
-    column: usize,
+    (column, begin): (usize, usize),
     rest: &mut [Tile],
 ) {
     let mut parts = [EMPTY; TILES];
@@ -370,7 +721,7 @@ fn products<S: Simd, const TILES: usize>(
     let mut t = 0;
     while t < TILES {
         let row = first + t;
-        rest[row * (row + 1) / 2 + column] = parts[t];
+        rest[row * (row + 1) / 2 + column - begin] = parts[t];
         t += 1;
     }
 }
@@ -401,18 +752,22 @@ mod tests {
             }
             pattern.column_starts.push(pattern.rows.len() as u32);
         }
-        let analysis = Analysis::of(&pattern);
+        let analysis = Analysis::of(&pattern, 1);
         assert!(analysis.fronts.len() > 1);
         let factors = [true, false].map(|wide| {
-            let mut factor = Factor::new(&analysis, n as usize).unwrap();
+            let mut factor = Factor::new(&analysis, n as usize, 1).unwrap();
             let positive = if wide {
                 factor.renew(&analysis, &pattern, &values)
             } else {
                 let renewal = Renewal {
-                    factor: &mut factor,
-                    analysis: &analysis,
-                    pattern: &pattern,
-                    values: &values,
+                    matrix: Matrix {
+                        analysis: &analysis,
+                        pattern: &pattern,
+                        values: &values,
+                    },
+                    part: &analysis.top,
+                    work: &mut factor.top,
+                    values: &mut factor.values,
                 };
                 renewal.with_simd(pulp::Scalar)
             };

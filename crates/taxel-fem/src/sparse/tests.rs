@@ -255,3 +255,58 @@ fn a_matrix_without_unknowns_is_positive() {
     assert_eq!(factor.refactor(&pattern, &[]), Ok(Definiteness::Positive));
     factor.solve(&mut []);
 }
+
+#[test]
+fn any_number_of_threads_gives_the_same_factor() {
+    // Four dense parts, each pair joined by another, and one that joins all.
+    let part = 190u32;
+    let holds = |row: u32, column: u32| {
+        let (r, c) = (row / part, column / part);
+        r == c || r == 6 || (c < 4 && r == 4 + c / 2)
+    };
+    let n = 7 * part;
+    let mut pattern = Pattern {
+        column_starts: vec![0],
+        rows: Vec::new(),
+    };
+    let mut values = Vec::new();
+    for column in 0..n {
+        for row in (column..n).filter(|&row| holds(row, column)) {
+            pattern.rows.push(row);
+            values.push(if row == column {
+                f64::from(n)
+            } else {
+                f64::from(row * column).sin()
+            });
+        }
+        pattern.column_starts.push(pattern.rows.len() as u32);
+    }
+    let b = right(n as usize);
+    let solved = |factor: &mut Cholesky, values: &[f64]| {
+        let definiteness = factor.refactor(&pattern, values).unwrap();
+        let mut x = b.clone();
+        factor.solve(&mut x);
+        (definiteness, x)
+    };
+    let one = solved(&mut Cholesky::for_threads(&pattern, 1).unwrap(), &values);
+    assert_eq!(one.0, Definiteness::Positive);
+    let back = pattern.multiply(&values, &one.1);
+    for (back, b) in back.iter().zip(&b) {
+        assert!((back - b).abs() < 1e-12);
+    }
+    for threads in [2, 3] {
+        let mut factor = Cholesky::for_threads(&pattern, threads).unwrap();
+        assert!(factor.analysis.branches.len() > 1);
+        assert_eq!(solved(&mut factor, &values), one);
+        // Among other cases it is one thread's.
+        let (there, _) = rayon::join(|| solved(&mut factor, &values), || ());
+        assert_eq!(there, one);
+        // A pivot in a branch, and one above.
+        for column in [100, n - 1] {
+            let mut bad = values.clone();
+            bad[pattern.column(column as usize).start] = -1.0;
+            assert_eq!(solved(&mut factor, &bad).0, Definiteness::Indefinite);
+        }
+        assert_eq!(solved(&mut factor, &values), one);
+    }
+}

@@ -3,7 +3,9 @@
 //! Loops over points run through slices of equal length and loops over components
 //! have constant bounds: checks and calls inside would cost more than the arithmetic.
 
-use super::{BLOCK, Compliance, Kernel, MAX_PRESSURES, Moduli, PointStates, ZERO, inverse_of, sum};
+use super::{
+    BLOCK, Compliance, Kernel, MAX_PRESSURES, Moduli, PointStates, ZERO, small_and_inverse, sum,
+};
 use crate::scalar::{Lanes, PLACE};
 
 /// Rows of a panel of the product.
@@ -15,7 +17,8 @@ impl Kernel {
     #[inline(always)]
     pub(super) fn node_passes<const C: usize, const D: usize>(&mut self, compliance: &Compliance) {
         let points = self.points;
-        let inverse = inverse_of(&compliance.matrix, C + 1);
+        let [small, inverse] = small_and_inverse(&compliance.matrix, C + 1);
+        (self.compliance, self.stiffness) = (small, inverse);
         for m in 0..=C {
             self.pressure_shift[m] = 0.0;
             for n in 0..=C {
@@ -67,9 +70,11 @@ impl Kernel {
                 );
                 let width = self.columns * MAX_PRESSURES;
                 let (begin, end) = (self.row(block, 0), self.row(block + 1, 0));
+                // Of fixed pressures nothing is added.
+                let part = if self.condensed { width } else { 0 };
                 let product = Product {
-                    left: [gradients, &self.coupling[i * width..][..width]],
-                    right: [&self.product, &self.recovery[j * width..][..width]],
+                    left: [gradients, &self.coupling[i * width..][..part]],
+                    right: [&self.product, &self.recovery[j * width..][..part]],
                     columns: self.columns,
                     rows: self.nodes,
                     symmetric: i == j,
