@@ -111,6 +111,11 @@ pub enum LinearError {
         "the tangent is not positive definite at fixed pressures, or not symmetric: no iterative solution; take the direct solver"
     )]
     NotPositive,
+    /// An iterative solution for a body whose nodes move together.
+    #[error(
+        "rigid bodies and constraints between displacements have no iterative solution; take the direct solver"
+    )]
+    Constrained,
     /// An iterative solution that does not converge.
     #[error("no linear solution after {most} iterations; allow more, or take the direct solver")]
     Iterations {

@@ -4,7 +4,7 @@
 
 use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{Axis, Grading, Grid2, Growth};
+use taxel_fem::mesh::{Axis, Grading, Grid2, Growth, Mesh};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
@@ -517,4 +517,177 @@ fn how_far_a_bonded_layer_is_pressed() {
             assert!(depth > least, "{presses:?} {size} {depth}");
         }
     }
+}
+
+#[test]
+fn a_rigid_body_turns_by_any_angle_without_strain() {
+    // A block with a rigid half, carried round by more than a turn, and shifted.
+    let axes = [
+        Axis::uniform(0.0, 2.0, 4).unwrap(),
+        Axis::uniform(0.0, 1.0, 2).unwrap(),
+    ];
+    let mesh = Grid2::new(axes, "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials.push(RUBBER);
+    let mut body = problem.rigid_body("left", Some([0.0, 0.0, 0.0])).unwrap();
+    let way = problem.parameter("way", Rule::Given);
+    let angle = problem.parameter("angle", Rule::Given);
+    body.travel[1] = Motion::Driven(way, 2.0);
+    body.turn[2] = Motion::Driven(angle, 1.0);
+    problem.rigid_bodies.push(body);
+    let mut solver = Solver::new(problem).unwrap();
+    solver.load_to(&[1.5, 7.0], |_, _| Continue::Yes).unwrap();
+    let (sin, cos) = 7.0_f64.sin_cos();
+    let places = solver.state().places(&solver.problem().mesh);
+    for (rest, place) in solver.problem().mesh.points.iter().zip(&places) {
+        let x = cos * rest[0] - sin * rest[1];
+        let y = 3.0 + sin * rest[0] + cos * rest[1];
+        assert!((place[0] - x).abs() < 1e-9 && (place[1] - y).abs() < 1e-9);
+    }
+    let stress = solver.greatest_stress().unwrap().von_mises;
+    assert!(stress < 1e-8, "{stress}");
+}
+
+#[test]
+fn a_rigid_region_carries_its_force_and_torque() {
+    // Three layers, the middle one rigid, sheared by a force on it: each outer layer carries half.
+    let axes = [
+        Axis::uniform(0.0, 4.0, 4).unwrap(),
+        Axis::uniform(0.0, 1.0, 1).unwrap(),
+    ];
+    let layer = Grid2::new(axes, "layer").mesh().unwrap();
+    let moved = |by: f64| {
+        let mut mesh = layer.clone();
+        for point in &mut mesh.points {
+            point[1] += by;
+        }
+        mesh
+    };
+    let (middle, upper) = (moved(1.0), moved(2.0));
+    let parts = [("lower", &layer), ("middle", &middle), ("upper", &upper)];
+    let mesh = Mesh::joined(&parts, |_| true);
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials = vec![RUBBER; 3];
+    problem.clamp("lower_bottom").unwrap();
+    problem.clamp("upper_top").unwrap();
+    let mut body = problem.rigid_body("middle_layer", None).unwrap();
+    let pull = problem.free_parameter("pull");
+    let aside = problem.free_parameter("aside");
+    let turn = problem.free_parameter("turn");
+    body.travel[0] = Motion::Driven(pull, 1.0);
+    body.travel[1] = Motion::Driven(aside, 1.0);
+    body.turn[2] = Motion::Driven(turn, 1.0);
+    problem.rigid_bodies.push(body.clone());
+    let mut solver = Solver::new(problem).unwrap();
+    solver
+        .load_to(&[0.8, 0.0, 0.0], |_, _| Continue::Yes)
+        .unwrap();
+    let assembled = solver.evaluate().unwrap();
+    let of = |node: u32| {
+        let f = &assembled.forces[2 * node as usize..][..2];
+        [f[0], f[1], 0.0]
+    };
+    let force = body.force(of);
+    assert!(
+        (force[0] - 0.8).abs() < 1e-9 && force[1].abs() < 1e-9,
+        "{force:?}"
+    );
+    // By its symmetry it neither rises nor turns, and no torque acts on it.
+    let parameters = &solver.state().parameters;
+    assert!(parameters[1].abs() < 1e-9 && parameters[2].abs() < 1e-9);
+    let places = solver.state().places(&solver.problem().mesh);
+    let motion = body.motion(parameters);
+    let torque = body.torque(&motion, |node| places[node as usize], of);
+    assert!(torque[2].abs() < 1e-8, "{torque:?}");
+    // G A x / h of two layers, a little less at their free ends.
+    let stiff = 2.0 * 4.0 * parameters[0];
+    assert!(0.8 / stiff < 1.0 && 0.8 / stiff > 0.85, "{stiff}");
+}
+
+#[test]
+fn the_tangent_of_rigid_bodies_and_constraints_is_the_slope_of_the_forces() {
+    // Turned far, pulled, periodic from side to side, its mean held: the change of all forces by
+    // a small step of each parameter is what one linear step says.
+    let mut problem = rectangle([2.0, 1.0], [4, 2]);
+    problem.materials[0] =
+        Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(5.0)).unwrap();
+    let base = problem.rigid_body("bottom", None).unwrap();
+    problem.rigid_bodies.push(base);
+    let mut top = problem.rigid_body("top", Some([0.3, 1.2, 0.0])).unwrap();
+    let names = ["x", "y", "turn"];
+    let [x, y, turn] = names.map(|name| problem.parameter(name, Rule::Given));
+    top.travel = [
+        Motion::Driven(x, 1.0),
+        Motion::Driven(y, 1.0),
+        Motion::Fixed,
+    ];
+    top.turn[2] = Motion::Driven(turn, 1.0);
+    problem.rigid_bodies.push(top);
+    // The sides follow each other between the plates.
+    let ends: Vec<u32> = ["bottom", "top"]
+        .iter()
+        .flat_map(|name| problem.mesh.nodes_of(name).unwrap())
+        .collect();
+    problem.periodic(["left", "right"], &[(1, x, 0.1)]).unwrap();
+    problem
+        .constraints
+        .retain(|c| !ends.contains(&c.dependent.0));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.tolerance = 1e-12;
+    solver.settings.elimination = 1e3;
+    solver.settings.iterations = 30;
+    let at = [0.2, 0.1, 0.4];
+    solver.load_to(&at, |_, _| Continue::Yes).unwrap();
+    let slopes = solver.linear_responses(&[x, y, turn]).unwrap();
+    let state = solver.state().clone();
+    for k in 0..3 {
+        let mut forces = |step: f64| {
+            solver.restart(state.clone(), at.to_vec());
+            let mut near = at;
+            near[k] += step;
+            solver.load_to(&near, |_, _| Continue::Yes).unwrap();
+            solver.evaluate().unwrap().along
+        };
+        let (up, down) = (forces(1e-4), forces(-1e-4));
+        for l in 0..3 {
+            let slope = (up[l] - down[l]) / 2e-4;
+            let found = slopes[k].forces[l];
+            assert!(
+                (slope - found).abs() < 2e-5 * slopes[k].forces[k].abs(),
+                "{k} {l}: {slope} {found}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_surface_keeps_a_mean_displacement() {
+    // Pressed down by 0.1 on the mean, the upper side bulges as it likes; the force is spread.
+    let mut problem = rectangle([2.0, 1.0], [4, 2]);
+    problem.clamp("bottom").unwrap();
+    let way = problem.parameter("way", Rule::Given);
+    problem.keep_mean("top", 1, Some((way, -1.0))).unwrap();
+    let free = problem.mesh.nodes_of("top").unwrap();
+    let mut solver = Solver::new(problem).unwrap();
+    solver.load_to(&[0.1], |_, _| Continue::Yes).unwrap();
+    let problem = solver.problem();
+    let facets = problem.surface("top").unwrap();
+    let shares = traction(&problem.mesh, problem.kinematics, &facets, |_| {
+        [1.0, 0.0, 0.0]
+    });
+    let moved = solver.state().displacement.clone();
+    let mean: f64 = shares
+        .iter()
+        .map(|(node, share)| share[0] * moved[*node as usize][1])
+        .sum();
+    assert!((mean / 2.0 + 0.1).abs() < 1e-12, "{mean}");
+    // The reaction is that of an even traction, and its work that of the parameter.
+    let assembled = solver.evaluate().unwrap();
+    for &(node, share) in &shares {
+        let force = assembled.forces[2 * node as usize + 1];
+        let even = -assembled.along[0] * share[0] / 2.0;
+        assert!((force - even).abs() < 1e-8, "{force} {even}");
+    }
+    let lowest = free.iter().map(|&node| moved[node as usize][1]);
+    assert!(lowest.fold(0.0, f64::min) < -0.11);
 }

@@ -131,3 +131,43 @@ fn iterations_solve_what_a_factor_solves() {
         }
     }
 }
+
+/// A block between a held side and a rigid one that is turned, its sides apart by a factor.
+fn turned_block(width: f64) -> Problem {
+    let axes = [
+        Axis::uniform(0.0, width, 4).unwrap(),
+        Axis::uniform(0.0, 1.0, 2).unwrap(),
+    ];
+    let mesh = Grid2::new(axes, "rubber").mesh().unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    let rubber = Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(100.0)).unwrap();
+    problem.materials.push(rubber);
+    problem.clamp("left").unwrap();
+    let mut body = problem.rigid_body("right", Some([0.0; 3])).unwrap();
+    let angle = problem.parameter("angle", Rule::Given);
+    body.turn[2] = Motion::Driven(angle, 1.0);
+    problem.rigid_bodies.push(body);
+    problem
+}
+
+#[test]
+fn designs_with_a_rigid_body_are_settled_and_have_no_iterative_solution() {
+    let mut solver = Solver::new(turned_block(2.0)).unwrap();
+    solver.load_to(&[0.3], |_, _| Continue::Yes).unwrap();
+    let drawn = solver.problem().mesh.points.clone();
+    let torque = |solver: &mut Solver| solver.evaluate().unwrap().along[0];
+    for factor in [1.02, 1.04, 1.06] {
+        let place = |node: usize| [factor * drawn[node][0], drawn[node][1], 0.0];
+        solver.next_design(place).unwrap();
+        let mut new = Solver::new(turned_block(2.0 * factor)).unwrap();
+        new.load_to(&[0.3], |_, _| Continue::Yes).unwrap();
+        let (found, expected) = (torque(&mut solver), torque(&mut new));
+        assert!((found / expected - 1.0).abs() < 1e-7, "{found} {expected}");
+    }
+    let refused = Solver::iterative(turned_block(2.0), Iterations::default()).err();
+    let message = refused.unwrap().to_string();
+    assert!(
+        message.contains("rigid bodies and constraints"),
+        "{message}"
+    );
+}

@@ -5,7 +5,8 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grid2, Mesh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Problem, Rule, Shape,
+    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Problem, ProblemError,
+    RigidBody, Rule, Shape,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -221,4 +222,121 @@ fn a_contact_that_chatters_is_named_with_its_point() {
     }
     // What the sentence says helps.
     pressed_in_one_step(1e3, 30).unwrap();
+}
+
+#[test]
+fn constraints_and_rigid_bodies_that_say_two_things_are_named() {
+    let block = || {
+        let mut problem = rectangle([2.0, 1.0], [2, 1], rubber());
+        problem.clamp("bottom").unwrap();
+        problem
+    };
+    let follow = |dependent, leader| Constraint {
+        dependent: (dependent, 0),
+        terms: vec![((leader, 0), 1.0)],
+        drive: Vec::new(),
+    };
+    let of = |problem: &Problem, name: &str| problem.mesh.nodes_of(name).unwrap();
+    let [first, second, third] = of(&block(), "top")[..3] else {
+        panic!("three nodes");
+    };
+    // One component that follows two.
+    let mut problem = block();
+    problem.constraints = vec![follow(first, second), follow(first, third)];
+    let failure = fails(
+        problem,
+        &[],
+        "constraint 1 contradicts constraint 0: component 0",
+    );
+    assert!(
+        matches!(failure.reason, Reason::Problem(ProblemError::GivenTwice { node, .. }) if node == first),
+        "{failure}"
+    );
+    // Twice the same is no mistake, nor is what follows from a support.
+    let mut problem = block();
+    let below = of(&problem, "bottom");
+    problem.constraints = vec![
+        follow(first, second),
+        follow(first, second),
+        follow(below[0], below[1]),
+    ];
+    problem.check().unwrap();
+    // A support that holds what follows.
+    let mut problem = block();
+    problem.constraints = vec![follow(below[0], first)];
+    fails(
+        problem,
+        &[],
+        "constraint 0 contradicts a support: component 0",
+    );
+    // One that goes round.
+    let mut problem = block();
+    problem.constraints = vec![
+        follow(first, second),
+        follow(second, third),
+        follow(third, first),
+    ];
+    fails(problem, &[], "goes round");
+    let mut problem = block();
+    problem.constraints = vec![follow(first, u32::MAX)];
+    fails(problem, &[], "there is no node number 4294967295");
+    let mut problem = block();
+    problem.constraints = vec![follow(first, second)];
+    problem.constraints[0].terms[0].1 = f64::NAN;
+    fails(problem, &[], "a factor of constraint 0 is NaN");
+    // Rigid bodies that share a node, with each other, a support, a constraint.
+    let rigid = |problem: &mut Problem, name: &str| {
+        let body = problem.rigid_body(name, None).unwrap();
+        problem.rigid_bodies.push(body);
+    };
+    let mut problem = block();
+    rigid(&mut problem, "top");
+    rigid(&mut problem, "left");
+    fails(problem, &[], "belongs to rigid body 1 and to rigid body 0");
+    let mut problem = block();
+    let push = problem.parameter("push", Rule::Given);
+    rigid(&mut problem, "left");
+    problem.rigid_bodies[0].travel[0] = Motion::Driven(push, 1.0);
+    fails(
+        problem,
+        &[0.1],
+        "belongs to rigid body 0 and to a support (fixed in component 0)",
+    );
+    let mut problem = block();
+    rigid(&mut problem, "top");
+    problem.constraints = vec![follow(below[0], first)];
+    fails(problem, &[], "belongs to rigid body 0 and to constraint 0");
+    let mut problem = block();
+    problem
+        .rigid_bodies
+        .push(RigidBody::new(Vec::new(), [0.0; 3]));
+    fails(problem, &[], "rigid body 0 has no nodes");
+    // Faces that do not match.
+    let mut problem = block();
+    let error = problem.periodic(["left", "top"], &[]).unwrap_err();
+    assert!(error.to_string().contains("opposite"), "{error}");
+}
+
+#[test]
+fn a_rigid_body_that_may_turn_with_the_whole_is_named() {
+    // A free block between a plate that may turn and nothing else.
+    let mut problem = rectangle([1.0, 1.0], [2, 2], rubber());
+    let mut plate = problem.rigid_body("top", None).unwrap();
+    let turn = problem.free_parameter("turn");
+    plate.turn[2] = Motion::Driven(turn, 1.0);
+    problem.rigid_bodies.push(plate.clone());
+    let failure = fails(problem, &[0.0], "rotation about");
+    let Reason::Problem(ProblemError::NotFixed(part)) = failure.reason else {
+        panic!("{failure}");
+    };
+    let FreeMotion::Rotation { through, .. } = part.motion else {
+        panic!("{part}");
+    };
+    // About the point of the plate, the middle of the upper side.
+    assert!((through[0] - 0.5).abs() < 1e-12 && (through[1] - 1.0).abs() < 1e-12);
+    // Held against turning it is held as a whole.
+    let mut problem = rectangle([1.0, 1.0], [2, 2], rubber());
+    plate.turn[2] = Motion::Fixed;
+    problem.rigid_bodies.push(plate);
+    problem.check().unwrap();
 }

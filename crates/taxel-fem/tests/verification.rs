@@ -55,6 +55,15 @@ fn all_hold(effort: Effort, only: &[&str]) {
     assert!(failed.is_empty(), "out of tolerance: {failed:?}");
 }
 
+/// Cases by their names (`CASES="B17 C"`), in full: `cargo test --locked -p taxel-fem --test
+/// verification -- --ignored --nocapture chosen`.
+#[test]
+#[ignore = "for work on single cases"]
+fn chosen_cases_hold_in_full() {
+    let names = std::env::var("CASES").unwrap_or_default();
+    all_hold(Effort::Full, &names.split_whitespace().collect::<Vec<_>>());
+}
+
 #[test]
 fn all_cases_hold_in_short() {
     all_hold(Effort::Short, &[]);

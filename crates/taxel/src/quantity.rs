@@ -59,6 +59,9 @@ dimensions! {
     /// Moment of forces, N m.
     MOMENT = "a moment", "N m", [1e-12, 1e6]:
         ["uN m" = 1e-6, "mN m" = 1e-3, "N mm" = 1e-3, "N m" = 1.0];
+    /// Angle, rad.
+    ANGLE = "an angle", "rad", [1e-12, 1e6]:
+        ["mrad" = 1e-3, "deg" = 0.017453292519943295, "rad" = 1.0];
     /// Stiffness of a spring, N/m.
     STIFFNESS = "a stiffness", "N/m", [1e-9, 1e12]:
         ["N/m" = 1.0, "kN/m" = 1e3, "N/mm" = 1e3, "MN/m" = 1e6];
@@ -98,6 +101,13 @@ dimensions! {
     /// Voltage, V.
     VOLTAGE = "a voltage", "V", [1e-12, 1e6]:
         ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
+}
+
+/// How many of a unit one SI unit is, for a unit that is a whole part of it. Dividing by it is
+/// exact for the common case of a decimal below one ("6 um" is 6e-6, not 5.999...e-6).
+pub(crate) fn whole_parts(scale: f64) -> Option<f64> {
+    let parts = (1.0 / scale).round();
+    (scale < 1.0 && (parts * scale - 1.0).abs() < 1e-12).then_some(parts)
 }
 
 /// All dimensions that files know.
@@ -182,10 +192,7 @@ impl Dimension {
             ));
         }
         match self.unit(symbol) {
-            // Dividing by the reciprocal is exact for the common case of a
-            // decimal below one ("6 um" is 6e-6, not 5.999...e-6).
-            Some(scale) if scale < 1.0 => Ok(value / (1.0 / scale).round()),
-            Some(scale) => Ok(value * scale),
+            Some(scale) => Ok(whole_parts(scale).map_or(value * scale, |parts| value / parts)),
             None => Err(self.wrong_unit(symbol)),
         }
     }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value};
 
+use crate::quantity::whole_parts;
 use crate::shown;
 
 /// Format of a table.
@@ -157,11 +158,7 @@ enum Shown {
 impl Shown {
     /// For a unit of the SI value `scale`.
     fn new(scale: f64) -> Self {
-        if scale < 1.0 {
-            Self::Times((1.0 / scale).round())
-        } else {
-            Self::Over(scale)
-        }
+        whole_parts(scale).map_or(Self::Over(scale), Self::Times)
     }
 
     fn of(self, value: f64) -> f64 {

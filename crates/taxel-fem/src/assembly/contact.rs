@@ -113,8 +113,8 @@ impl System {
         let mut slots = Vec::new();
         for (&node, factor) in moves.nodes.iter().zip(moves.factors) {
             for i in 0..self.unknowns.components() {
-                let slot = self.slot(node, i);
-                slots.extend(slot.map(|(slot, driven)| (slot, driven * factor * vector[i])));
+                let own = self.slots(node, i);
+                slots.extend(own.map(|(slot, share)| (slot, share * factor * vector[i])));
             }
         }
         slots

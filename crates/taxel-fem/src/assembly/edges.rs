@@ -41,14 +41,16 @@ impl Assembled {
 }
 
 impl System {
-    /// What moves a component of a node, with a factor; none where it is fixed.
-    pub(super) fn slot(&self, node: u32, component: usize) -> Option<(Slot, f64)> {
-        if let Some(number) = self.unknowns.of(node, component) {
-            return Some((Slot::Unknown(number), 1.0));
-        }
-        let components = self.unknowns.components();
-        let (parameter, factor) = self.driven[node as usize * components + component]?;
-        Some((Slot::Parameter(parameter), factor))
+    /// What moves a component of a node, each with its factor; nothing where it is fixed.
+    pub(crate) fn slots(
+        &self,
+        node: u32,
+        component: usize,
+    ) -> impl Iterator<Item = (Slot, f64)> + '_ {
+        let own = self.unknowns.of(node, component);
+        let row = self.followed.row(node, component).unwrap_or_default();
+        let own = own.map(|number| (Slot::Unknown(number), 1.0));
+        own.into_iter().chain(row.iter().copied())
     }
 
     /// Adds what a pressure at free edges does beside its symmetric tangent,
@@ -71,10 +73,12 @@ impl System {
                 _ => 1.0,
             };
             let half = 0.5 * pressure * edge.sign * turn;
-            if let (Some(x), Some(y)) = (self.slot(node, 0), self.slot(node, 1)) {
-                out.add_unsymmetric(&[x], &[(y.0, y.1 * half)]);
-                out.add_unsymmetric(&[y], &[(x.0, -x.1 * half)]);
-            }
+            let of = |component: usize, factor: f64| -> Vec<(Slot, f64)> {
+                let slots = self.slots(node, component);
+                slots.map(|(slot, share)| (slot, share * factor)).collect()
+            };
+            out.add_unsymmetric(&of(0, 1.0), &of(1, half));
+            out.add_unsymmetric(&of(1, 1.0), &of(0, -half));
         }
     }
 
@@ -93,9 +97,9 @@ impl System {
             let length = tangent.iter().map(|t| t * t).sum::<f64>().sqrt();
             let of = |component: usize, factor: f64| -> Vec<(Slot, f64)> {
                 let slots = edge.nodes.iter().zip(&shapes.values);
-                let slots = slots.filter_map(|(&node, value)| {
-                    let (slot, driven) = self.slot(node, component)?;
-                    Some((slot, driven * value * factor))
+                let slots = slots.flat_map(|(&node, value)| {
+                    let slots = self.slots(node, component);
+                    slots.map(move |(slot, share)| (slot, share * value * factor))
                 });
                 slots.collect()
             };

@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod dofs;
 mod edges;
+pub(crate) mod follow;
 mod foot;
 mod friction;
 pub mod kernel;

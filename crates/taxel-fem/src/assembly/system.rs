@@ -1,16 +1,17 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
+use super::follow::Followed;
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
 use super::mixed::{Mixed, MixedParts};
 use super::surfaces::PairTables;
-use super::unsymmetric::{FreeEdge, Unsymmetric, free_edges};
+use super::unsymmetric::{FreeEdge, Slot, Unsymmetric, free_edges};
 use crate::assembly::state::State;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
-use crate::problem::{Contact, Motion, Problem, ProblemError};
+use crate::problem::{Contact, Problem, ProblemError};
 use crate::scalar::{Lanes, Scalar};
 
 /// A cell that turned inside out.
@@ -41,10 +42,8 @@ pub struct System {
     places: Vec<u32>,
     first_place: Vec<u32>,
     facets: Vec<FacetTable>,
-    /// True for each component of a node that is no unknown.
-    held: Vec<bool>,
-    /// Parameter and factor that drive a component of a node.
-    pub(super) driven: Vec<Option<(usize, f64)>>,
+    /// What the components that are no unknowns follow.
+    pub(super) followed: Followed,
     /// Places in the matrix of each contact point's nodes, contact by contact.
     pub(super) contact_places: Vec<Vec<Vec<u32>>>,
     /// Tables of each contact between surfaces; none of the others.
@@ -87,6 +86,8 @@ pub struct Assembled {
     pub volumes: Vec<f64>,
     /// Change of each volume with the unknowns.
     pub volume_slopes: Vec<Vec<f64>>,
+    /// Change of each volume with the parameters at fixed unknowns.
+    pub volume_by_parameters: Vec<Vec<f64>>,
     /// Elimination of the pressures: shift, and rows over the nodes of each cell.
     pub pressure_shift: Vec<[f64; MAX_PRESSURES]>,
     recovery: Vec<Lanes>,
@@ -106,19 +107,9 @@ impl System {
     pub fn new(problem: &Problem) -> Result<Self, ProblemError> {
         problem.check()?;
         let mesh = &problem.mesh;
-        let components = problem.kinematics.components();
-        let mut held = vec![false; mesh.points.len() * components];
-        let mut driven = vec![None; mesh.points.len() * components];
-        for support in &problem.supports {
-            for &node in &support.nodes {
-                let slot = node as usize * components + support.component;
-                held[slot] = true;
-                if let Motion::Driven(parameter, factor) = support.motion {
-                    driven[slot] = Some((parameter.0, factor));
-                }
-            }
-        }
-        let unknowns = number(problem, &held, &[]);
+        let mut followed = Followed::new(problem)?;
+        let unknowns = number(problem, &followed, &[]);
+        followed.number(&unknowns);
         let mut system = Self {
             kernel_of: Vec::new(),
             places: Vec::new(),
@@ -126,8 +117,7 @@ impl System {
             facets: [FacetShape::Line3, FacetShape::Quad9, FacetShape::Tri7]
                 .map(FacetTable::new)
                 .into(),
-            driven,
-            held,
+            followed,
             contact_places: Vec::new(),
             pairs: Vec::new(),
             facet_places: Vec::new(),
@@ -161,8 +151,7 @@ impl System {
 
     /// Assembles tangents without elimination of the pressures from here on.
     pub(crate) fn separate(&mut self, problem: &Problem) -> &Mixed {
-        let components = self.unknowns.components();
-        let held = |node: u32, i: usize| self.held[node as usize * components + i];
+        let held = |node: u32, i: usize| self.unknowns.of(node, i).is_none();
         let mixed = Mixed::new(&problem.mesh, &self.unknowns, held);
         self.mixed.insert(mixed)
     }
@@ -178,7 +167,8 @@ impl System {
             .filter_map(|(tables, near)| Some((tables.as_ref()?, near)))
             .flat_map(|(tables, near)| near.iter().map(|&pair| tables.nodes(pair)))
             .collect();
-        self.unknowns = number(problem, &self.held, &groups);
+        self.unknowns = number(problem, &self.followed, &groups);
+        self.followed.number(&self.unknowns);
         self.find_places(problem);
         for (tables, near) in self.pairs.iter_mut().zip(&near) {
             if let Some(tables) = tables {
@@ -270,15 +260,23 @@ impl System {
         }]
     }
 
-    /// Displacements of all nodes for these unknowns and parameters.
+    /// Change of the displacements of all nodes by one of the unknowns and parameters; rigid
+    /// bodies turn from where they were when the system was last assembled.
     pub fn displace(&self, displacement: &mut [[f64; 3]], unknowns: &[f64], parameters: &[f64]) {
         let components = self.unknowns.components();
         for (node, u) in displacement.iter_mut().enumerate() {
             for i in 0..components {
                 if let Some(number) = self.unknowns.of(node as u32, i) {
                     u[i] = unknowns[number];
-                } else if let Some((parameter, factor)) = self.driven[node * components + i] {
-                    u[i] = factor * parameters[parameter];
+                } else if let Some(row) = self.followed.row(node as u32, i) {
+                    let parts = row.iter().map(|&(slot, factor)| {
+                        factor
+                            * match slot {
+                                Slot::Unknown(number) => unknowns[number],
+                                Slot::Parameter(number) => parameters[number],
+                            }
+                    });
+                    u[i] = parts.sum();
                 }
             }
         }
@@ -363,6 +361,7 @@ impl System {
         state: &State,
         tangent: bool,
     ) -> Result<Assembled, InvertedCell> {
+        self.followed.turn(problem, &state.parameters);
         let places: Vec<[f64; 3]> = state.places(&problem.mesh);
         let parameters = problem.rules().len();
         let unknowns = self.unknowns.count();
@@ -402,12 +401,18 @@ impl System {
             for i in 0..components {
                 let force = out.forces[node * components + i];
                 if let Some(number) = self.unknowns.of(node as u32, i) {
-                    out.residual[number] = force;
-                } else if let Some((parameter, factor)) = self.driven[node * components + i] {
-                    out.along[parameter] += factor * force;
+                    out.residual[number] += force;
+                } else if let Some(row) = self.followed.row(node as u32, i) {
+                    for &(slot, factor) in row {
+                        match slot {
+                            Slot::Unknown(number) => out.residual[number] += factor * force,
+                            Slot::Parameter(number) => out.along[number] += factor * force,
+                        }
+                    }
                 }
             }
         }
+        out.add_turning(problem, &state.parameters);
         Ok(out)
     }
 
@@ -480,7 +485,9 @@ impl System {
         Ok(())
     }
 
-    /// Couples the driven components of a group of nodes with all others.
+    /// Adds what the components of a group of nodes that are no unknowns do in its symmetric
+    /// matrix: `of(i, a, j, b)` is the entry between component `i` of local node `a` and
+    /// component `j` of local node `b`.
     pub(super) fn couple(
         &self,
         nodes: &[u32],
@@ -490,22 +497,63 @@ impl System {
         let components = self.unknowns.components();
         for (b, &node) in nodes.iter().enumerate() {
             for j in 0..components {
-                let Some((parameter, factor)) = self.driven[node as usize * components + j] else {
+                let Some(columns) = self.followed.row(node, j).filter(|row| !row.is_empty()) else {
                     continue;
                 };
                 for (a, &other) in nodes.iter().enumerate() {
                     for i in 0..components {
-                        let value = of(i, a, j, b) * factor;
+                        let value = of(i, a, j, b);
                         if let Some(number) = self.unknowns.of(other, i) {
-                            out.couplings[parameter][number] += value;
-                        } else if let Some((second, also)) =
-                            self.driven[other as usize * components + i]
-                        {
-                            out.cross[parameter][second] += value * also;
+                            for &(slot, factor) in columns {
+                                match slot {
+                                    Slot::Parameter(parameter) => {
+                                        out.couplings[parameter][number] += value * factor;
+                                    }
+                                    // The pair stands in the matrix in both orders.
+                                    Slot::Unknown(own) => {
+                                        let twice = if own == number { 2.0 } else { 1.0 };
+                                        self.add_entry(number, own, twice * value * factor, out);
+                                    }
+                                }
+                            }
+                        } else if let Some(rows) = self.followed.row(other, i) {
+                            for &(row, also) in rows {
+                                for &(column, factor) in columns {
+                                    self.add_pair_of(row, column, value * factor * also, out);
+                                }
+                            }
                         }
                     }
                 }
             }
+        }
+    }
+
+    /// Adds to one order of a pair of slots; the other order comes with its own call.
+    fn add_pair_of(&self, row: Slot, column: Slot, value: f64, out: &mut Assembled) {
+        match (row, column) {
+            (Slot::Unknown(row), Slot::Unknown(column)) if row >= column => {
+                self.add_entry(row, column, value, out);
+            }
+            (Slot::Unknown(number), Slot::Parameter(parameter)) => {
+                out.couplings[parameter][number] += value;
+            }
+            (Slot::Parameter(second), Slot::Parameter(parameter)) => {
+                out.cross[parameter][second] += value;
+            }
+            _ => {}
+        }
+    }
+
+    fn add_entry(&self, row: usize, column: usize, value: f64, out: &mut Assembled) {
+        match self.unknowns.entry(row, column) {
+            Some(entry) => {
+                // Without a tangent there are no values.
+                if let Some(entry) = out.values.get_mut(entry) {
+                    *entry += value;
+                }
+            }
+            None => out.incomplete = true,
         }
     }
 
@@ -518,14 +566,15 @@ impl System {
         value: f64,
         out: &mut Assembled,
     ) {
-        if let Some(number) = self.unknowns.of(node, component) {
-            out.couplings[parameter][number] += value;
-        } else if let Some((second, factor)) =
-            self.driven[node as usize * self.unknowns.components() + component]
-        {
-            out.cross[parameter][second] += value * factor;
-            if second != parameter {
-                out.cross[second][parameter] += value * factor;
+        for (slot, factor) in self.slots(node, component) {
+            match slot {
+                Slot::Unknown(number) => out.couplings[parameter][number] += value * factor,
+                Slot::Parameter(second) => {
+                    out.cross[parameter][second] += value * factor;
+                    if second != parameter {
+                        out.cross[second][parameter] += value * factor;
+                    }
+                }
             }
         }
     }
@@ -579,9 +628,13 @@ impl System {
                 value: state.parameters[cavity.pressure.0],
             };
             let mut slopes = vec![0.0; self.unknowns.count()];
+            let mut by_parameters = vec![0.0; problem.rules().len()];
             self.pressure(problem, places, &pressed, tangent, out, |node, i, share| {
-                if let Some(unknown) = self.unknowns.of(node, i) {
-                    slopes[unknown] -= share;
+                for (slot, factor) in self.slots(node, i) {
+                    match slot {
+                        Slot::Unknown(number) => slopes[number] -= factor * share,
+                        Slot::Parameter(number) => by_parameters[number] -= factor * share,
+                    }
                 }
             });
             if tangent {
@@ -590,6 +643,7 @@ impl System {
                 self.add_free_edges(problem.kinematics, places, edges, out);
             }
             out.volume_slopes.push(slopes);
+            out.volume_by_parameters.push(by_parameters);
             out.volumes
                 .push(cavity.volume(&problem.mesh, problem.kinematics, places));
         }
@@ -658,7 +712,7 @@ fn pressed(problem: &Problem) -> impl Iterator<Item = &Vec<Facet>> {
 
 /// Numbers the unknowns; `beside` are groups of nodes that act on each other beside cells and
 /// paired walls.
-fn number(problem: &Problem, held: &[bool], beside: &[Vec<u32>]) -> Unknowns {
+fn number(problem: &Problem, followed: &Followed, beside: &[Vec<u32>]) -> Unknowns {
     let (mesh, components) = (&problem.mesh, problem.kinematics.components());
     let walls = problem.contacts.iter().flat_map(|contact| match contact {
         Contact::Walls(walls) => walls.points.as_slice(),
@@ -668,11 +722,15 @@ fn number(problem: &Problem, held: &[bool], beside: &[Vec<u32>]) -> Unknowns {
         .map(|cell| mesh.cell(cell))
         .chain(walls.map(|point| point.nodes.as_slice()))
         .chain(beside.iter().map(Vec::as_slice));
+    let with_leaders: Vec<Vec<u32>> = groups
+        .clone()
+        .filter_map(|nodes| followed.with_leaders(nodes))
+        .collect();
     Unknowns::new(
         &mesh.points,
         components,
-        |node, i| held[node as usize * components + i],
-        groups,
+        |node, i| followed.has(node, i),
+        groups.chain(with_leaders.iter().map(Vec::as_slice)),
     )
 }
 

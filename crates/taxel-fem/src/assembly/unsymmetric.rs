@@ -65,8 +65,8 @@ impl Unsymmetric {
 }
 
 /// What a component of a node, or the travel of an obstacle, stands for.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Slot {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Slot {
     /// An unknown, by its number.
     Unknown(usize),
     /// A parameter that drives it, by its number.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::constraint::following;
 use super::rigid::free_part;
 use super::{
     Contact, Kinematics, Motion, Parameter, Problem, ProblemError, Quantity, Rule, SurfacePair,
@@ -22,6 +23,8 @@ impl Problem {
     pub fn check(&self) -> Result<(), ProblemError> {
         self.check_materials()?;
         self.check_supports()?;
+        self.check_rigid_bodies()?;
+        self.check_constraints()?;
         self.check_loads()?;
         self.check_rules()?;
         // A contact may hold the body.
@@ -76,6 +79,83 @@ impl Problem {
             }
         }
         Ok(())
+    }
+
+    fn check_rigid_bodies(&self) -> Result<(), ProblemError> {
+        let mut body_of: HashMap<u32, usize> = HashMap::new();
+        for (number, body) in self.rigid_bodies.iter().enumerate() {
+            if body.nodes.is_empty() {
+                return Err(ProblemError::EmptyRigidBody { body: number });
+            }
+            for motion in body.motions() {
+                if let Motion::Driven(parameter, _) = motion {
+                    self.check_parameter(parameter)?;
+                }
+            }
+            for &node in &body.nodes {
+                self.check_node(node)?;
+                if let Some(other) = body_of
+                    .insert(node, number)
+                    .filter(|known| *known != number)
+                {
+                    return Err(self.rigid_node(number, node, format!("rigid body {other}")));
+                }
+            }
+        }
+        for support in &self.supports {
+            for &node in &support.nodes {
+                let Some(&body) = body_of.get(&node) else {
+                    continue;
+                };
+                let redundant = agree(support.motion, Motion::Fixed)
+                    && self.rigid_bodies[body].keeps(support.component);
+                if !redundant {
+                    let motion = self.motion_in_words(support.motion);
+                    let other = format!("a support ({motion} in component {})", support.component);
+                    return Err(self.rigid_node(body, node, other));
+                }
+            }
+        }
+        for (number, constraint) in self.constraints.iter().enumerate() {
+            let terms = constraint.terms.iter().map(|(term, _)| term.0);
+            for node in std::iter::once(constraint.dependent.0).chain(terms) {
+                if let Some(&body) = body_of.get(&node) {
+                    return Err(self.rigid_node(body, node, format!("constraint {number}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn rigid_node(&self, body: usize, node: u32, other: String) -> ProblemError {
+        ProblemError::RigidNode {
+            body,
+            node,
+            place: self.mesh.points[node as usize],
+            other,
+        }
+    }
+
+    fn check_constraints(&self) -> Result<(), ProblemError> {
+        for (number, constraint) in self.constraints.iter().enumerate() {
+            let terms = constraint.terms.iter().map(|(term, _)| *term);
+            for (node, component) in std::iter::once(constraint.dependent).chain(terms) {
+                self.check_node(node)?;
+                self.check_component(component)?;
+            }
+            for &(parameter, _) in &constraint.drive {
+                self.check_parameter(parameter)?;
+            }
+            let factors = constraint.terms.iter().map(|(_, factor)| *factor);
+            let mut factors = factors.chain(constraint.drive.iter().map(|(_, factor)| *factor));
+            if let Some(value) = factors.find(|factor| !factor.is_finite()) {
+                return Err(ProblemError::Factor {
+                    constraint: number,
+                    value,
+                });
+            }
+        }
+        following(self).map(drop)
     }
 
     fn motion_in_words(&self, motion: Motion) -> String {

@@ -7,20 +7,24 @@
 
 pub mod cavity;
 mod check;
+pub(crate) mod constraint;
 pub mod contact;
 mod kinematics;
 pub mod load;
 mod rigid;
+pub(crate) mod rigid_body;
 
 use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
+pub use constraint::Constraint;
 pub use contact::{Contact, Obstacle, Pairing, Shape, SurfacePair, WallPoint, Walls};
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
 pub(crate) use rigid::free_part;
 pub use rigid::{FreeMotion, FreePart};
+pub use rigid_body::{RigidBody, RigidMotion};
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,6 +89,10 @@ pub struct Problem {
     pub relaxations: Vec<Option<Relaxation>>,
     /// Fixed components.
     pub supports: Vec<Support>,
+    /// Rigid bodies.
+    pub rigid_bodies: Vec<RigidBody>,
+    /// Components of displacement that follow others.
+    pub constraints: Vec<Constraint>,
     /// Follower pressures.
     pub pressures: Vec<Pressure>,
     /// Loads of fixed direction.
@@ -168,6 +176,68 @@ pub enum ProblemError {
         /// Motion of the second.
         second: String,
     },
+    /// A constraint that says something else than a support or another constraint.
+    #[error("constraint {constraint} contradicts {by}: component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}) follows something else there; let it follow once only, or let another component follow", .place[0], .place[1], .place[2])]
+    GivenTwice {
+        /// Number of the constraint.
+        constraint: usize,
+        /// The node.
+        node: u32,
+        /// Component of its displacement.
+        component: usize,
+        /// Undeformed place.
+        place: [f64; 3],
+        /// What gives it already.
+        by: String,
+    },
+    /// Constraints that go round.
+    #[error("constraint {constraint} goes round: component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}) follows itself; leave out one of the constraints", .place[0], .place[1], .place[2])]
+    FollowsItself {
+        /// Number of a constraint of the round.
+        constraint: usize,
+        /// The node.
+        node: u32,
+        /// Component of its displacement.
+        component: usize,
+        /// Undeformed place.
+        place: [f64; 3],
+    },
+    /// A factor of a constraint that is no finite number.
+    #[error("a factor of constraint {constraint} is {value}; give a finite number")]
+    Factor {
+        /// Number of the constraint.
+        constraint: usize,
+        /// The factor.
+        value: f64,
+    },
+    /// Surfaces of a periodic pair whose meshes do not match.
+    #[error("the node of surface {second:?} at ({:.6e}, {:.6e}, {:.6e}) has none of {first:?} opposite: both need the same mesh, one shifted from the other (Periodic Curve or Periodic Surface in Gmsh)", .place[0], .place[1], .place[2])]
+    NotOpposite {
+        /// Surface without the node.
+        first: String,
+        /// Surface of the node.
+        second: String,
+        /// Undeformed place of the node.
+        place: [f64; 3],
+    },
+    /// A node of a rigid body that something else moves.
+    #[error("node {node} at ({:.6e}, {:.6e}, {:.6e}) belongs to rigid body {body} and to {other}: end one before the other", .place[0], .place[1], .place[2])]
+    RigidNode {
+        /// Number of the rigid body.
+        body: usize,
+        /// The node.
+        node: u32,
+        /// Undeformed place.
+        place: [f64; 3],
+        /// What moves it as well.
+        other: String,
+    },
+    /// A rigid body without nodes.
+    #[error("rigid body {body} has no nodes: name a surface or a region of the mesh")]
+    EmptyRigidBody {
+        /// Number of the rigid body.
+        body: usize,
+    },
     /// A load on no facet.
     #[error("the surface of the {what} of parameter {parameter:?} has no facets")]
     EmptySurface {
@@ -244,6 +314,8 @@ impl Problem {
             materials: Vec::new(),
             relaxations: Vec::new(),
             supports: Vec::new(),
+            rigid_bodies: Vec::new(),
+            constraints: Vec::new(),
             pressures: Vec::new(),
             dead_loads: Vec::new(),
             cavities: Vec::new(),

@@ -1,7 +1,7 @@
 //! Rigid motions of a body that its supports do not hold.
 
 use super::load::cross;
-use super::{Kinematics, Problem};
+use super::{Motion, Problem, Quantity, Rule};
 use crate::mesh::Mesh;
 
 /// A rigid motion that nothing holds.
@@ -79,8 +79,10 @@ fn root(above: &mut [u32], node: u32) -> u32 {
     node
 }
 
-/// The part of each node: nodes of one cell are of one part. Nodes of no cell have none.
-fn parts(mesh: &Mesh) -> Vec<Option<u32>> {
+/// The part of each node: nodes of one cell, of one rigid body and of one constraint are of one
+/// part. Nodes of no cell have none.
+fn parts(problem: &Problem) -> Vec<Option<u32>> {
+    let mesh = &problem.mesh;
     let mut above: Vec<u32> = (0..mesh.points.len() as u32).collect();
     let mut used = vec![false; mesh.points.len()];
     for cell in 0..mesh.cell_count() {
@@ -92,6 +94,19 @@ fn parts(mesh: &Mesh) -> Vec<Option<u32>> {
             above[other as usize] = first;
         }
     }
+    let mut join = |first: u32, node: u32| {
+        let (first, other) = (root(&mut above, first), root(&mut above, node));
+        above[other as usize] = first;
+    };
+    for body in &problem.rigid_bodies {
+        body.nodes
+            .iter()
+            .for_each(|&node| join(body.nodes[0], node));
+    }
+    for constraint in &problem.constraints {
+        let terms = constraint.terms.iter();
+        terms.for_each(|((node, _), _)| join(constraint.dependent.0, *node));
+    }
     (0..mesh.points.len() as u32)
         .map(|node| used[node as usize].then(|| root(&mut above, node)))
         .collect()
@@ -99,7 +114,7 @@ fn parts(mesh: &Mesh) -> Vec<Option<u32>> {
 
 /// The first part of a body that its supports do not hold; none where all are held.
 pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
-    let parts = parts(&problem.mesh);
+    let parts = parts(problem);
     let mut roots: Vec<u32> = parts.iter().copied().flatten().collect();
     roots.sort_unstable();
     roots.dedup();
@@ -119,7 +134,7 @@ pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
 fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeMotion> {
     let mesh = &problem.mesh;
     let (middle, size) = extent(mesh);
-    let motions = motions(problem.kinematics);
+    let motions = problem.kinematics.rigid_motions();
     // Rows of a triangle: a motion that all of them leave out is free.
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for support in &problem.supports {
@@ -136,6 +151,41 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
             }
         }
     }
+    for body in &problem.rigid_bodies {
+        let own = body.nodes.iter().filter(|&&node| of_part(node)).count();
+        let x: [f64; 3] = std::array::from_fn(|d| (body.point[d] - middle[d]) / size);
+        for (number, of_body) in body.motions().enumerate() {
+            // One node alone passes on no turn.
+            if free_of_force(problem, of_body) || own == 0 || number > 2 && own == 1 {
+                continue;
+            }
+            let mut row = [0.0; 6];
+            for &motion in motions {
+                row[motion] = match number {
+                    0..3 => moved(motion, x)[number],
+                    turn => f64::from(u8::from(turn == motion)),
+                };
+            }
+            reduce(&mut rows, row);
+        }
+    }
+    for constraint in &problem.constraints {
+        let (dependent, component) = constraint.dependent;
+        if !of_part(dependent) {
+            continue;
+        }
+        let at = |node: u32| {
+            let x = mesh.points[node as usize];
+            std::array::from_fn(|d| (x[d] - middle[d]) / size)
+        };
+        let mut row = [0.0; 6];
+        for &motion in motions {
+            let terms = constraint.terms.iter();
+            let terms = terms.map(|&((node, i), factor)| factor * moved(motion, at(node))[i]);
+            row[motion] = moved(motion, at(dependent))[component] - terms.sum::<f64>();
+        }
+        reduce(&mut rows, row);
+    }
     let free = null_vector(&rows, motions)?;
     let (along, turn) = ([free[0], free[1], free[2]], [free[3], free[4], free[5]]);
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -150,12 +200,14 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
     Some(FreeMotion::Rotation { axis, through })
 }
 
-/// Numbers of the rigid motions: translations, then rotations.
-const fn motions(kinematics: Kinematics) -> &'static [usize] {
-    match kinematics {
-        Kinematics::PlaneStrain => &[0, 1, 5],
-        Kinematics::Axisymmetric => &[1],
-        Kinematics::Solid => &[0, 1, 2, 3, 4, 5],
+/// True if a motion of a rigid body is one by force: nothing holds it.
+fn free_of_force(problem: &Problem, motion: Motion) -> bool {
+    match motion {
+        Motion::Driven(parameter, _) => matches!(
+            problem.rules().get(parameter.0),
+            Some(Rule::Prescribes(Quantity::Force(_)))
+        ),
+        Motion::Fixed => false,
     }
 }
 

@@ -4,12 +4,14 @@ use super::newton::Solver;
 use super::small::dot;
 use crate::assembly::state::State;
 use crate::assembly::system::Assembled;
+use crate::assembly::unsymmetric::Slot;
 use crate::problem::{Quantity, Rule};
 
 /// Derivative of an equation by the unknowns.
 pub(super) enum Slope {
     Dense(Vec<f64>),
-    One(usize),
+    /// By the numbers of the unknowns.
+    Sparse(Vec<(usize, f64)>),
     None,
 }
 
@@ -18,7 +20,7 @@ impl Slope {
     pub(super) fn along(&self, change: &[f64]) -> f64 {
         match self {
             Self::Dense(slope) => dot(slope, change),
-            Self::One(number) => change[*number],
+            Self::Sparse(slope) => slope.iter().map(|&(k, factor)| factor * change[k]).sum(),
             Self::None => 0.0,
         }
     }
@@ -56,6 +58,13 @@ impl Solver {
             },
             Rule::Follows(cavity, law) => {
                 let (pressure, slope) = law.pressure(assembled.volumes[*cavity]);
+                let mut by_parameters = unit(parameters, k);
+                for (by, volume) in by_parameters
+                    .iter_mut()
+                    .zip(&assembled.volume_by_parameters[*cavity])
+                {
+                    *by -= slope * volume;
+                }
                 Equation {
                     value: trial.parameters[k] - pressure,
                     slope: Slope::Dense(
@@ -64,7 +73,7 @@ impl Solver {
                             .map(|v| -slope * v)
                             .collect(),
                     ),
-                    by_parameters: unit(parameters, k),
+                    by_parameters,
                 }
             }
             Rule::Prescribes(quantity) => {
@@ -90,16 +99,20 @@ impl Solver {
             Quantity::Volume(cavity) => (
                 assembled.volumes[*cavity],
                 Slope::Dense(assembled.volume_slopes[*cavity].clone()),
-                none,
+                assembled.volume_by_parameters[*cavity].clone(),
             ),
-            Quantity::Displacement(node, component) => (
-                trial.displacement[*node as usize][*component],
-                self.system
-                    .unknowns
-                    .of(*node, *component)
-                    .map_or(Slope::None, Slope::One),
-                none,
-            ),
+            Quantity::Displacement(node, component) => {
+                let mut by_parameters = none;
+                let mut slope = Vec::new();
+                for (slot, factor) in self.system.slots(*node, *component) {
+                    match slot {
+                        Slot::Unknown(number) => slope.push((number, factor)),
+                        Slot::Parameter(number) => by_parameters[number] += factor,
+                    }
+                }
+                let value = trial.displacement[*node as usize][*component];
+                (value, Slope::Sparse(slope), by_parameters)
+            }
             Quantity::Force(parameter) => {
                 let mut slope = assembled.couplings[parameter.0].clone();
                 for &(number, change) in &assembled.force_slopes[parameter.0] {

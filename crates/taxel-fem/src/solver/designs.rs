@@ -126,7 +126,7 @@ impl Solver {
     /// The next of many designs of one topology: puts the nodes elsewhere as
     /// [`Self::place_nodes`] does and finds the equilibrium at the present targets as
     /// [`Self::settle`] does, to 1e-9 of the energy norm of a load step. It begins where the last
-    /// designs lead, and makes as few tangents as it can: one for most neighbours. Bodies with contacts or memory, with loads
+    /// designs lead, and makes as few tangents as it can: one for most neighbours. Bodies with contacts, rigid bodies or memory, with loads
     /// that have no energy, or under rules other than given values, are settled as usual.
     ///
     /// # Errors
@@ -175,6 +175,7 @@ impl Solver {
     fn keeps_factor(&self) -> bool {
         self.iterative.is_none()
             && self.problem.contacts.is_empty()
+            && self.problem.rigid_bodies.is_empty()
             && self.state.memory.histories.is_empty()
             && self.problem.rules().iter().all(|rule| *rule == Rule::Given)
             && self.targets == self.state.parameters
@@ -218,10 +219,15 @@ impl Solver {
             let left = last * rate / (1.0 - rate);
             let settled =
                 energies.len() > 1 && left <= goal || at_floor(&energies, assembled.rounding);
+            let parameters = vec![0.0; trial.parameters.len()];
+            let mut displacement = vec![[0.0; 3]; trial.displacement.len()];
+            self.system
+                .displace(&mut displacement, &unknowns, &parameters);
             let change = Change {
                 energy,
                 given_only: true,
-                parameters: vec![0.0; trial.parameters.len()],
+                parameters,
+                displacement,
                 unknowns,
             };
             let before = trial.clone();
@@ -241,6 +247,7 @@ impl Solver {
                 least_volume: least,
                 definiteness: Definiteness::Positive,
                 fraction: 1.0,
+                energies: [0.0; 3],
             });
         }
         None

@@ -7,6 +7,7 @@ use super::memory::{Times, held, remember};
 pub use super::settings::{Continue, Settings, Step};
 use super::small::{axpy, dot, solve_small};
 use crate::assembly::contact::ContactProbe;
+use crate::assembly::follow::place_rigid_bodies;
 use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::state::State;
 use crate::assembly::system::{Assembled, System};
@@ -107,7 +108,7 @@ impl Solver {
     /// equilibrium is stable is not found out.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// As [`Self::new`], and for rigid bodies and constraints between displacements.
     ///
     /// # Example
     /// ```
@@ -147,6 +148,9 @@ impl Solver {
                 Cholesky::analyse(&system.unknowns.pattern).map_err(linear)?,
                 None,
             ),
+            Some(_) if !(problem.rigid_bodies.is_empty() && problem.constraints.is_empty()) => {
+                return Err(linear(LinearError::Constrained));
+            }
             Some(iterations) => {
                 let none = Pattern {
                     column_starts: vec![0],
@@ -561,6 +565,7 @@ impl Solver {
         for (new, old) in trial.parameters.iter_mut().zip(&old.parameters) {
             *new += ratio * (*new - old);
         }
+        place_rigid_bodies(&self.problem, &mut trial);
         trial
     }
 
@@ -618,6 +623,10 @@ impl Solver {
                     least_volume: None,
                     definiteness,
                     fraction: 0.0,
+                    energies: match energies[..] {
+                        [.., first, second, third] => [first, second, third],
+                        _ => [0.0; 3],
+                    },
                 });
             }
             // An iteration that wanders between sets of touching points has to come nearer with
@@ -719,19 +728,17 @@ impl Solver {
         for (k, dz) in change.parameters.iter().enumerate() {
             trial.parameters[k] = before.parameters[k] + length * dz;
         }
-        let mut moved = vec![[0.0; 3]; before.displacement.len()];
-        self.system
-            .displace(&mut moved, &change.unknowns, &change.parameters);
-        for (node, moved) in moved.iter().enumerate() {
+        for (node, moved) in change.displacement.iter().enumerate() {
             for d in 0..3 {
                 trial.displacement[node][d] = before.displacement[node][d] + length * moved[d];
             }
         }
+        place_rigid_bodies(&self.problem, trial);
         trial.pressures.clone_from(&before.pressures);
         self.system.recover_pressures(
             &self.problem,
             assembled,
-            &moved,
+            &change.displacement,
             length,
             &mut trial.pressures,
         )
@@ -786,7 +793,11 @@ impl Solver {
             axpy(found[column], &responses[column], &mut unknowns);
             axpy(-found[column], &assembled.couplings[k], &mut right);
         }
+        let mut displacement = vec![[0.0; 3]; trial.displacement.len()];
+        self.system
+            .displace(&mut displacement, &unknowns, &parameters);
         Ok(Change {
+            displacement,
             // du' K du, all loads of the change on the right.
             energy: dot(&right, &unknowns),
             given_only: free.is_empty(),
@@ -876,6 +887,8 @@ fn alternates(energies: &[f64]) -> bool {
 
 pub(super) struct Change {
     pub(super) unknowns: Vec<f64>,
+    /// Of all nodes.
+    pub(super) displacement: Vec<[f64; 3]>,
     pub(super) parameters: Vec<f64>,
     pub(super) energy: f64,
     pub(super) given_only: bool,

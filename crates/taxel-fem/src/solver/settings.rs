@@ -81,6 +81,9 @@ pub struct Step {
     pub definiteness: Definiteness,
     /// Fraction of the way that has been gone.
     pub fraction: f64,
+    /// Energy norms of the last three iterations before the first round, the last one last; zero
+    /// where there were fewer.
+    pub energies: [f64; 3],
 }
 
 /// Decision after an accepted step.

@@ -101,7 +101,7 @@ fn posed(patch: &Patch) -> Result<Problem, Failure> {
     body(mesh, kinematics(patch.shape), patch.material)
 }
 
-fn solved(case: &mut Case, problem: Problem) -> Result<Solver, Failure> {
+fn solved(case: &mut Case, problem: Problem, targets: &[f64]) -> Result<Solver, Failure> {
     let mut solver = eager(problem)?;
     // The volume ratio is rounded to 2e-16, and the pressure by as many shear moduli as
     // eliminate it: with few of them the iteration is slow, but ends closer.
@@ -112,7 +112,7 @@ fn solved(case: &mut Case, problem: Problem) -> Result<Solver, Failure> {
     solver.settings.tolerance = 1e-13;
     solver.settings.extrapolate = false;
     solver.settings.first_step = 0.5;
-    load_to(&mut solver, &[1.0])?;
+    load_to(&mut solver, targets)?;
     case.sized(&solver);
     Ok(solver)
 }
@@ -134,7 +134,7 @@ fn led(case: &mut Case, patch: &Patch) -> Result<[f64; 2], Failure> {
         displacement(&patch.gradient, x)
     });
     load(&mut problem, patch, along, "end");
-    Ok(errors(patch, &solved(case, problem)?))
+    Ok(errors(patch, &solved(case, problem, &[1.0])?))
 }
 
 /// The whole outline is loaded; only rigid motion is held.
@@ -164,7 +164,7 @@ fn loaded(case: &mut Case, patch: &Patch) -> Result<[f64; 2], Failure> {
             motion: Motion::Driven(along, displacement(&patch.gradient, place)[component]),
         });
     }
-    Ok(errors(patch, &solved(case, problem)?))
+    Ok(errors(patch, &solved(case, problem, &[1.0])?))
 }
 
 /// Dead tractions of the constant stress.
@@ -189,9 +189,11 @@ fn load(problem: &mut Problem, patch: &Patch, along: crate::problem::Parameter, 
     });
 }
 
-pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
+/// A patch of each shape, compressible and not, with its name.
+fn patches(effort: Effort) -> Vec<(Patch, String)> {
     let cells = if effort == Effort::Full { 3 } else { 2 };
     let law = Law::MooneyRivlin { c10: 0.4, c01: 0.1 };
+    let mut patches = Vec::new();
     for shape in SHAPES {
         for isochoric in [false, true] {
             let gradient = gradient(shape.dimension(), isochoric);
@@ -209,15 +211,77 @@ pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
                 cells,
                 pressure,
             };
-            for (kind, [moved, stressed]) in [
-                ("outline led", led(case, &patch)?),
-                ("outline loaded", loaded(case, &patch)?),
-            ] {
-                let what = |of: &str| format!("{shape:?}, {name}, {kind}: error of {of}");
-                case.absolute(what("displacement"), 0.0, moved, 1e-12);
-                case.absolute(what("stress"), 0.0, stressed, 1e-12);
-            }
+            patches.push((patch, format!("{shape:?}, {name}")));
         }
+    }
+    patches
+}
+
+fn compare(case: &mut Case, name: &str, [moved, stressed]: [f64; 2]) {
+    case.absolute(format!("{name}: error of displacement"), 0.0, moved, 1e-12);
+    case.absolute(format!("{name}: error of stress"), 0.0, stressed, 1e-12);
+}
+
+pub(super) fn solve(case: &mut Case, effort: Effort) -> Result<(), Failure> {
+    for (patch, name) in patches(effort) {
+        for (kind, errors) in [
+            ("outline led", led(case, &patch)?),
+            ("outline loaded", loaded(case, &patch)?),
+        ] {
+            compare(case, &format!("{name}, {kind}"), errors);
+        }
+    }
+    Ok(())
+}
+
+/// One cell of a body that repeats in all directions: opposite faces move alike but for the
+/// stretch of the body, of which the last is left to follow from the force zero.
+fn repeated(case: &mut Case, patch: &Patch) -> Result<[f64; 2], Failure> {
+    let mut problem = posed(patch)?;
+    let dimension = patch.shape.dimension();
+    let way = problem.parameter("way", Rule::Given);
+    let aside = problem.free_parameter("aside");
+    for (axis, names) in [["x0", "x1"], ["y0", "y1"], ["z0", "z1"]][..dimension]
+        .iter()
+        .enumerate()
+    {
+        for (end, name) in names.iter().enumerate() {
+            problem
+                .mesh
+                .name_boundary(name, |x| (x[axis] - end as f64).abs() < 1e-9);
+        }
+        let jump = |component: usize| {
+            patch.gradient[component][axis] - f64::from(u8::from(component == axis))
+        };
+        let last = dimension - 1;
+        let mut drive: Vec<_> = (0..dimension)
+            .filter(|&component| (axis, component) != (last, last))
+            .map(|component| (component, way, jump(component)))
+            .collect();
+        if axis == last {
+            drive.push((last, aside, 1.0));
+        }
+        problem.periodic(*names, &drive)?;
+    }
+    let corner = super::tools::node_near(&problem.mesh, [0.0; 3]);
+    for component in 0..dimension {
+        problem.supports.push(Support {
+            nodes: vec![corner],
+            component,
+            motion: Motion::Fixed,
+        });
+    }
+    // A body that keeps its volume takes the pressure that leaves no force there.
+    let stress = nominal(&patch.material, &patch.gradient, patch.pressure);
+    let last = dimension - 1;
+    let solver = solved(case, problem, &[1.0, stress[last][last]])?;
+    Ok(errors(patch, &solver))
+}
+
+pub(super) fn periodic(case: &mut Case, effort: Effort) -> Result<(), Failure> {
+    for (patch, name) in patches(effort) {
+        let errors = repeated(case, &patch)?;
+        compare(case, &name, errors);
     }
     Ok(())
 }

@@ -15,16 +15,16 @@ use crate::problem::Rule;
 use crate::solver::failure::Failure;
 use crate::solver::newton::Solver;
 
-const C10: f64 = 0.4;
-const C01: f64 = 0.1;
+pub(super) const C10: f64 = 0.4;
+pub(super) const C01: f64 = 0.1;
 /// Length of the piece that is solved; the radius is one. A shorter one is held by its
 /// ends like a thin film, whose pressure is sensitive.
-const LENGTH: f64 = 0.5;
+pub(super) const LENGTH: f64 = 0.5;
 /// Cells along it: a helix is not quadratic.
 const LAYERS: usize = 3;
 
 /// A cylinder of five blocks: a square in the middle and one on each of its sides.
-fn cylinder(count: usize) -> Result<Mesh, Failure> {
+pub(super) fn cylinder(count: usize) -> Result<Mesh, Failure> {
     const HALF: f64 = 0.45;
     let mut mesh = Mesh::default();
     let region = mesh.region("solid");

@@ -9,7 +9,7 @@ use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
 use taxel_fem::solver::stress::{nodal_stress, von_mises};
 
-use super::build::{self, component, letter};
+use super::build::{self, component, letter, turns};
 use super::description::{Compressibility, Geometry, Prescribed, ProblemFile};
 use super::fields;
 use crate::quantity::{self, Dimension};
@@ -145,9 +145,14 @@ impl Body {
     /// Moves obstacles whose force is prescribed until they press: one that only touches, or does
     /// not even touch, has no force that its way could change.
     fn seat(&mut self) -> Result<(), Failure> {
-        let moved = self.file.support.iter();
-        let held: Vec<&str> = moved
-            .filter_map(|support| Some(support.moved.as_ref()?.by.as_str()))
+        let supports = self.file.support.iter().map(|support| &support.moved);
+        let rigid = self.file.rigid.iter().map(|rigid| &rigid.moved);
+        let constraints = self.file.constraint.iter();
+        let constraints = constraints.map(|constraint| &constraint.moved);
+        let held: Vec<&str> = supports
+            .chain(rigid)
+            .chain(constraints)
+            .filter_map(|moved| Some(moved.as_ref()?.by.as_str()))
             .collect();
         let drivers = self.file.parameter.iter().enumerate();
         let loose: Vec<usize> = drivers
@@ -222,6 +227,20 @@ impl Body {
             let name = format!("{name}_contact_area");
             columns.push(column(&name, &quantity::AREA));
         }
+        let turns = turns(self.solver.problem().kinematics, &self.axes);
+        for rigid in &file.rigid {
+            let mut vector = |what: &str, axes: &mut dyn Iterator<Item = &str>, dimension| {
+                for axis in axes {
+                    columns.push(column(&format!("{}_{what}_{axis}", rigid.name), dimension));
+                }
+            };
+            let about = turns.iter().map(|(axis, ..)| letter(*axis));
+            let along = of_force.iter().copied();
+            vector("force", &mut along.clone(), &quantity::FORCE);
+            vector("torque", &mut about.clone(), &quantity::MOMENT);
+            vector("travel", &mut along.clone(), &quantity::LENGTH);
+            vector("turn", &mut about.clone(), &quantity::ANGLE);
+        }
         for cavity in &file.cavity {
             columns.push(column(
                 &format!("{}_volume", cavity.name),
@@ -269,10 +288,14 @@ impl Body {
         let cavities = cavities.filter_map(|cavity| cavity.pressure.as_deref());
         let forces = self.file.load.iter();
         let mut forces = forces.filter_map(|load| load.force.as_ref());
+        let turned = self.file.rigid.iter();
+        let mut turned = turned.filter_map(|rigid| rigid.turned.as_ref());
         if pressed.chain(cavities).any(|by| by == name) {
             &quantity::STRESS
         } else if forces.any(|force| force.by == name) {
             &quantity::FORCE
+        } else if turned.any(|turned| turned.by == name) {
+            &quantity::ANGLE
         } else {
             &quantity::LENGTH
         }
@@ -296,7 +319,9 @@ impl Body {
             let own = state.parameters[number];
             match &driver.prescribes {
                 None => values.push(own),
-                Some(Prescribed::Force) => values.extend([assembled.along[number] * depth, own]),
+                Some(Prescribed::Force | Prescribed::Torque) => {
+                    values.extend([assembled.along[number] * depth, own])
+                }
                 Some(Prescribed::Displacement(of)) => {
                     let node = problem
                         .mesh
@@ -346,6 +371,28 @@ impl Body {
                     .map(|(_, area)| depth * area)
                     .fold(0.0, |sum, area| sum + area),
             );
+        }
+        let places = state.places(&problem.mesh);
+        let turns = turns(problem.kinematics, &self.axes);
+        for body in &problem.rigid_bodies {
+            let force = |node: u32| {
+                let own = &assembled.forces[node as usize * components..][..components];
+                let mut force = [0.0; 3];
+                force[..components].copy_from_slice(own);
+                force
+            };
+            let motion = body.motion(&state.parameters);
+            let torque = body.torque(&motion, |node| places[node as usize], force);
+            let along = self.force_components();
+            let about = |vector: [f64; 3]| {
+                let each = turns.iter();
+                each.map(move |&(_, component, sign)| sign * vector[component] + 0.0)
+            };
+            let whole = body.force(force).map(|force| force * depth + 0.0);
+            values.extend(&whole[along.clone()]);
+            values.extend(about(torque.map(|torque| torque * depth)));
+            values.extend(&motion.travel[along]);
+            values.extend(about(motion.turn));
         }
         for (number, cavity) in file.cavity.iter().enumerate() {
             values.push(assembled.volumes[number] * depth);
@@ -504,6 +551,8 @@ fn shown(dimension: &'static Dimension) -> (&'static str, f64, usize) {
         "m2" => "mm2",
         "m3" => "mm3",
         "F" => "fF",
+        "N m" => "mN m",
+        "rad" => "deg",
         si => si,
     };
     let (symbol, size) = dimension.entry(symbol).unwrap_or((dimension.si, 1.0));
@@ -517,6 +566,7 @@ fn column(name: &str, dimension: &'static Dimension) -> Column {
         "N" => "n",
         "Pa" => "pa",
         "F" => "f",
+        "N m" => "n_m",
         si => si,
     };
     Column::new(name, unit, size, si, decimals)

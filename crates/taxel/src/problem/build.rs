@@ -103,10 +103,13 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         axes: drawing.axes,
         depth: file.depth(),
         uses: vec![None; file.parameter.len()],
+        constraint_of: Vec::new(),
     };
     builder.parameters()?;
     builder.materials()?;
     builder.supports()?;
+    builder.rigid_bodies()?;
+    builder.constraints()?;
     builder.loads()?;
     builder.cavities()?;
     builder.obstacles()?;
@@ -118,7 +121,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     builder
         .problem
         .check()
-        .map_err(|error| refused(file, &error))?;
+        .map_err(|error| refused(file, &builder.constraint_of, &error))?;
     Ok(Built {
         problem: builder.problem,
         axes: builder.axes,
@@ -129,7 +132,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
 }
 
 /// The key at which an error of the whole problem is shown.
-fn refused(file: &ProblemFile, error: &solid::ProblemError) -> Wrong {
+fn refused(file: &ProblemFile, constraint_of: &[usize], error: &solid::ProblemError) -> Wrong {
     use solid::ProblemError as Error;
     let message = error.to_string();
     match error {
@@ -149,6 +152,29 @@ fn refused(file: &ProblemFile, error: &solid::ProblemError) -> Wrong {
             message,
             "move only one of the two groups along that axis, or end one before the other",
         ),
+        Error::RigidNode { body, .. } => wrong(
+            format!("rigid.{body}.on"),
+            message,
+            "end one of the two groups before the other, or let the rigid body do both",
+        ),
+        Error::GivenTwice { constraint, .. }
+        | Error::FollowsItself { constraint, .. }
+        | Error::Factor { constraint, .. } => {
+            let number = constraint_of.get(*constraint).copied().unwrap_or(0);
+            let constraint = &file.constraint[number];
+            let key = if constraint.periodic.is_some() {
+                "periodic"
+            } else if constraint.mean.is_some() {
+                "mean"
+            } else {
+                "point"
+            };
+            wrong(
+                format!("constraint.{number}.{key}"),
+                message,
+                "leave out what says it a second time",
+            )
+        }
         _ => wrong("name", message, "mend the problem"),
     }
 }
@@ -161,6 +187,8 @@ struct Builder<'a> {
     depth: f64,
     /// Dimension of each parameter by its first use, with the key of that use.
     uses: Vec<Option<(&'static Dimension, String)>>,
+    /// Number in the file of each constraint of the problem.
+    constraint_of: Vec<usize>,
 }
 
 impl Builder<'_> {
@@ -369,6 +397,209 @@ impl Builder<'_> {
                     .support(&support.on, component, motion)
                     .map_err(|error| wrong(format!("{key}.on"), error.to_string(), ""))?;
             }
+        }
+        Ok(())
+    }
+
+    fn rigid_bodies(&mut self) -> Result<(), Wrong> {
+        for (number, rigid) in self.file.rigid.iter().enumerate() {
+            let key = format!("rigid.{number}");
+            let before = self.file.rigid[..number].iter().map(|rigid| &rigid.name);
+            let obstacles = self.file.obstacle.iter().map(|obstacle| &obstacle.name);
+            let contacts = self.file.contact.iter().map(|contact| &contact.name);
+            if before
+                .chain(obstacles)
+                .chain(contacts)
+                .any(|name| *name == rigid.name)
+            {
+                let message = format!(
+                    "two rigid bodies, contacts or obstacles are called \"{}\"",
+                    rigid.name
+                );
+                return Err(wrong(
+                    format!("{key}.name"),
+                    message,
+                    "give each its own name",
+                ));
+            }
+            let point = rigid.point.map(|point| self.inside(point));
+            let found = self.problem.rigid_body(&rigid.on, point);
+            let mut body = found.map_err(|_| {
+                let mesh = self.mesh();
+                let names = mesh.surfaces.keys().chain(mesh.node_sets.keys());
+                let known: Vec<&str> = names.chain(&mesh.regions).map(String::as_str).collect();
+                let message = format!("the mesh has no surface, curve or region \"{}\"", rigid.on);
+                wrong(
+                    format!("{key}.on"),
+                    message,
+                    &format!("give one of: {}", known.join(", ")),
+                )
+            })?;
+            let components = self.axes.len();
+            // The six motions: none where nothing names them.
+            let mut motions: [Option<Motion>; 6] = [None; 6];
+            for (list, axes) in [("held", &rigid.held), ("unturned", &rigid.unturned)] {
+                for (at, &axis) in axes.iter().enumerate() {
+                    let key = format!("{key}.{list}.{at}");
+                    let motion = match list {
+                        "held" => self.component(axis, &key)?,
+                        _ => 3 + self.turn(axis, &key)?.0,
+                    };
+                    motions[motion] = Some(Motion::Fixed);
+                }
+            }
+            for (word, along) in [("moved", &rigid.moved), ("turned", &rigid.turned)] {
+                let Some(along) = along else {
+                    continue;
+                };
+                let key = format!("{key}.{word}");
+                let (dimension, parts) = if word == "moved" {
+                    (&quantity::LENGTH, self.factors(along, &key)?)
+                } else {
+                    (&quantity::ANGLE, self.turns(along, &key)?)
+                };
+                let by = self.parameter(&along.by, dimension, &format!("{key}.by"))?;
+                for (motion, factor) in parts {
+                    if motions[motion].is_some() {
+                        let message = "one axis is held and moved at once";
+                        return Err(wrong(key, message, "take it out of one of the two"));
+                    }
+                    motions[motion] = Some(Motion::Driven(by, factor));
+                }
+            }
+            for &motion in self.problem.kinematics.rigid_motions() {
+                let given = motions[motion].unwrap_or_else(|| {
+                    let about = turns(self.problem.kinematics, &self.axes);
+                    let about = about.iter().find(|(_, turn, _)| motion == 3 + turn);
+                    let name = match about {
+                        Some((axis, ..)) => format!("{} about {}", rigid.name, letter(*axis)),
+                        None => format!("{} along {}", rigid.name, letter(self.axes[motion])),
+                    };
+                    Motion::Driven(self.problem.free_parameter(&name), 1.0)
+                });
+                if motion < components {
+                    body.travel[motion] = given;
+                } else if motion >= 3 {
+                    body.turn[motion - 3] = given;
+                }
+            }
+            self.problem.rigid_bodies.push(body);
+        }
+        Ok(())
+    }
+
+    /// Number of the component of the rotation vector about an axis of the file, and its sign: in
+    /// the plane the one across it.
+    fn turn(&self, axis: Axis, key: &str) -> Result<(usize, f64), Wrong> {
+        let turns = turns(self.problem.kinematics, &self.axes);
+        let found = turns.iter().find(|(known, ..)| *known == axis.number());
+        found
+            .map(|&(_, component, sign)| (component, sign))
+            .ok_or_else(|| {
+                let known: Vec<&str> = turns.iter().map(|(axis, ..)| letter(*axis)).collect();
+                let message = format!("this body does not turn about {}", letter(axis.number()));
+                let help = if known.is_empty() {
+                    "leave it out: an axisymmetric body does not turn".to_owned()
+                } else {
+                    format!("it turns about {}", known.join(", "))
+                };
+                wrong(key, message, &help)
+            })
+    }
+
+    /// The factors about the axes of a rotation, by the number of the motion.
+    fn turns(&self, along: &Along, key: &str) -> Result<Vec<(usize, f64)>, Wrong> {
+        let axes = [(Axis::X, along.x), (Axis::Y, along.y), (Axis::Z, along.z)];
+        let mut factors = Vec::new();
+        for (axis, factor) in axes {
+            if let Some(factor) = factor {
+                let key = format!("{key}.{}", letter(axis.number()));
+                let (component, sign) = self.turn(axis, &key)?;
+                factors.push((3 + component, sign * factor));
+            }
+        }
+        if factors.iter().all(|(_, factor)| *factor == 0.0) {
+            let message = format!("\"{}\" turns nothing here: no factor is given", along.by);
+            return Err(wrong(key, message, "add a factor, such as z = 1.0"));
+        }
+        Ok(factors)
+    }
+
+    fn constraints(&mut self) -> Result<(), Wrong> {
+        for (number, constraint) in self.file.constraint.iter().enumerate() {
+            let key = format!("constraint.{number}");
+            let mut drive = Vec::new();
+            if let Some(moved) = &constraint.moved {
+                let key = format!("{key}.moved");
+                let factors = self.factors(moved, &key)?;
+                let by = self.parameter(&moved.by, &quantity::LENGTH, &format!("{key}.by"))?;
+                drive.extend(factors.into_iter().map(|(i, factor)| (i, by, factor)));
+            }
+            // Only along the axis of what follows.
+            let only = |component: usize| -> Result<Option<(Parameter, f64)>, Wrong> {
+                match drive.iter().find(|(i, ..)| *i != component) {
+                    Some((other, ..)) => {
+                        let axis = letter(self.axes[*other]);
+                        let message = "this constraint is along another axis";
+                        let help = format!("leave {axis} out");
+                        Err(wrong(format!("{key}.moved.{axis}"), message, &help))
+                    }
+                    None => Ok(drive.first().map(|&(_, by, factor)| (by, factor))),
+                }
+            };
+            if constraint.point.is_none() && !constraint.follows.is_empty() {
+                let message = "only a point follows others";
+                let help = "give point = { at = \"…\", along = \"x\" }";
+                return Err(wrong(format!("{key}.follows"), message, help));
+            }
+            match (&constraint.periodic, &constraint.mean, &constraint.point) {
+                (Some(surfaces), None, None) => {
+                    for (at, name) in surfaces.iter().enumerate() {
+                        self.nodes(name, &format!("{key}.periodic.{at}"))?;
+                    }
+                    let names = [surfaces[0].as_str(), surfaces[1].as_str()];
+                    self.problem.periodic(names, &drive).map_err(|error| {
+                        let help = "mesh both alike, and name surfaces that are shifted only";
+                        wrong(format!("{key}.periodic"), error.to_string(), help)
+                    })?;
+                }
+                (None, Some(mean), None) => {
+                    let component = self.component(mean.along, &format!("{key}.mean.along"))?;
+                    self.surface(&mean.on, &format!("{key}.mean.on"))?;
+                    let drive = only(component)?;
+                    self.problem
+                        .keep_mean(&mean.on, component, drive)
+                        .map_err(|error| wrong(format!("{key}.mean"), error.to_string(), ""))?;
+                }
+                (None, None, Some(point)) => {
+                    let node = self.point(&point.at, &format!("{key}.point.at"))?;
+                    let component = self.component(point.along, &format!("{key}.point.along"))?;
+                    let mut terms = Vec::new();
+                    for (at, term) in constraint.follows.iter().enumerate() {
+                        let key = format!("{key}.follows.{at}");
+                        let other = self.point(&term.at, &format!("{key}.at"))?;
+                        let along = self.component(term.along, &format!("{key}.along"))?;
+                        terms.push(((other, along), term.factor));
+                    }
+                    if terms.is_empty() {
+                        let help = "add follows = [{ at = \"…\", along = \"x\", factor = 1 }]; \
+                                    a point that is moved alone is a support";
+                        return Err(wrong(format!("{key}.point"), "it follows nothing", help));
+                    }
+                    let drive = only(component)?.into_iter().collect();
+                    self.problem.constraints.push(solid::Constraint {
+                        dependent: (node, component),
+                        terms,
+                        drive,
+                    });
+                }
+                _ => {
+                    let message = "exactly one of periodic, mean and point is needed";
+                    return Err(wrong(key, message, "two constraints are two tables"));
+                }
+            }
+            self.constraint_of
+                .resize(self.problem.constraints.len(), number);
         }
         Ok(())
     }
@@ -639,6 +870,14 @@ impl Builder<'_> {
                     }
                     (solid::Quantity::Force(parameter), &quantity::FORCE)
                 }
+                Prescribed::Torque => {
+                    let turns = self.uses[number].as_ref();
+                    if turns.is_none_or(|(dimension, _)| **dimension != quantity::ANGLE) {
+                        let message = "only a parameter that turns a rigid body has a torque";
+                        return Err(wrong(key, message, "leave prescribes out"));
+                    }
+                    (solid::Quantity::Force(parameter), &quantity::MOMENT)
+                }
                 Prescribed::Displacement(of) => {
                     let node = self.point(&of.at, &format!("{key}.displacement.at"))?;
                     let component =
@@ -794,7 +1033,9 @@ impl Builder<'_> {
         // Solved per unit of depth; a force of a dead load has the depth in its direction.
         let prescribed = self.file.parameter[number].prescribes.as_ref();
         Ok(match prescribed {
-            Some(Prescribed::Force | Prescribed::Volume(_)) => given.value / self.depth,
+            Some(Prescribed::Force | Prescribed::Torque | Prescribed::Volume(_)) => {
+                given.value / self.depth
+            }
             _ => given.value,
         })
     }
@@ -803,6 +1044,21 @@ impl Builder<'_> {
 /// Component of a mesh along an axis of its file.
 pub(super) fn component(axes: &[usize], axis: usize) -> Option<usize> {
     axes.iter().position(|&known| known == axis)
+}
+
+/// Axes of the file about which a body turns, each with its component of the rotation vector and
+/// its sign: a turn from the first axis of a plane mesh to the second is one about the third axis
+/// of the file, or against it.
+pub(super) fn turns(kinematics: Kinematics, axes: &[usize]) -> Vec<(usize, usize, f64)> {
+    match (kinematics, axes) {
+        (Kinematics::PlaneStrain, &[first, second]) => {
+            let across = 3 - first - second;
+            let sign = if (first + 1) % 3 == second { 1.0 } else { -1.0 };
+            vec![(across, 2, sign)]
+        }
+        (Kinematics::Solid, axes) => axes.iter().enumerate().map(|(i, &a)| (a, i, 1.0)).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Letter of an axis.

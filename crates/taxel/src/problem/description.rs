@@ -29,6 +29,12 @@ pub struct ProblemFile {
     /// Surfaces, curves and points that do not move, or are moved.
     #[serde(default)]
     pub support: Vec<Support>,
+    /// Parts of the body that are rigid.
+    #[serde(default)]
+    pub rigid: Vec<Rigid>,
+    /// Surfaces and points that move together.
+    #[serde(default)]
+    pub constraint: Vec<Constraint>,
     /// Pressures and forces.
     #[serde(default)]
     pub load: Vec<Load>,
@@ -191,8 +197,8 @@ pub struct Bulk {
     pub bulk_modulus: f64,
 }
 
-/// A parameter: one value for each step. It is a way of a support or an obstacle, a pressure or
-/// a force, as its use says.
+/// A parameter: one value for each step. It is a way of a support, a rigid body or an obstacle, an
+/// angle of a rigid body, a pressure or a force, as its use says.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Driver {
@@ -208,8 +214,10 @@ pub struct Driver {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Prescribed {
-    /// Force with which the parameter pushes its supports and obstacles, N.
+    /// Force with which the parameter pushes its supports, rigid bodies and obstacles, N.
     Force,
+    /// Torque with which the parameter turns its rigid bodies, N m.
+    Torque,
     /// Displacement of a point, m.
     Displacement(PointAlong),
     /// Volume of a cavity, m³.
@@ -289,6 +297,78 @@ pub struct Along {
     #[serde(default, deserialize_with = "quantity::some::<AnyNumber, _>")]
     #[schemars(with = "Option<Checked<AnyNumber>>")]
     pub z: Option<f64>,
+}
+
+/// A part of the body whose points keep their distances: a stiff plate on a surface, or a region.
+/// It moves and turns freely along and about the axes that are not named.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rigid {
+    /// Name, for the table.
+    pub name: String,
+    /// Physical group: a surface (in the plane a curve), a curve or a region.
+    pub on: String,
+    /// The point about which it turns: x, y and z before it moves, m; the mean of its nodes if
+    /// left out.
+    #[serde(
+        default,
+        deserialize_with = "quantity::optional_list::<3, AnyLength, _>"
+    )]
+    #[schemars(with = "Option<[Checked<AnyLength>; 3]>")]
+    pub point: Option<[f64; 3]>,
+    /// Axes along which that point does not move.
+    #[serde(default)]
+    pub held: Vec<Axis>,
+    /// Motion of that point along the axes that are named in it.
+    pub moved: Option<Along>,
+    /// Axes about which it does not turn; in the plane the one across it.
+    #[serde(default)]
+    pub unturned: Vec<Axis>,
+    /// Rotation about the axes that are named in it, rad: the components of the rotation vector.
+    pub turned: Option<Along>,
+}
+
+/// Surfaces or points that move together: exactly one of `periodic`, `mean` and `point`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Constraint {
+    /// Physical groups of two surfaces with the same mesh, one shifted from the other: each point
+    /// of the second moves as the one of the first opposite to it.
+    pub periodic: Option<[String; 2]>,
+    /// A surface whose mean displacement along an axis is given.
+    pub mean: Option<MeanAlong>,
+    /// A point that follows others along an axis.
+    pub point: Option<PointAlong>,
+    /// What the point follows: the sum of these displacements.
+    #[serde(default)]
+    pub follows: Vec<Term>,
+    /// What is added to the displacement that follows, along the axes named in it; for `mean` the
+    /// mean itself. Nothing if left out.
+    pub moved: Option<Along>,
+}
+
+/// A surface and an axis.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeanAlong {
+    /// Physical group: a surface (in the plane a curve).
+    pub on: String,
+    /// Axis of the displacement.
+    pub along: Axis,
+}
+
+/// A share of the displacement of a point.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Term {
+    /// Physical group of one point.
+    pub at: String,
+    /// Axis of the displacement.
+    pub along: Axis,
+    /// Its factor.
+    #[serde(deserialize_with = "quantity::one::<AnyNumber, _>")]
+    #[schemars(with = "Checked<AnyNumber>")]
+    pub factor: f64,
 }
 
 /// A pressure or a force.

@@ -284,6 +284,85 @@ const MISTAKES: &[Mistake] = &[
         &["support.0.moved", "held and moved"],
     ),
     (
+        "dome",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"lid\"\non = \"lid\"\n[[obstacle]]",
+        &["rigid.0.on", "^^^^^", "base", "silicone"],
+    ),
+    (
+        "dome",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"lid\"\non = \"base\"\n[[obstacle]]",
+        &[
+            "rigid.0.on",
+            "rigid body 0",
+            "a support (fixed in component",
+        ],
+    ),
+    (
+        "dome",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"plate\"\non = \"base\"\n[[obstacle]]",
+        &["rigid.0.name", "called \"plate\""],
+    ),
+    (
+        "dome",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"lid\"\non = \"skin\"\nunturned = [\"y\"]\n[[obstacle]]",
+        &["rigid.0.unturned.0", "does not turn about y"],
+    ),
+    (
+        "fingertip",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"lid\"\non = \"skin\"\nunturned = [\"z\"]\n[[obstacle]]",
+        &["rigid.0.unturned.0", "it turns about y"],
+    ),
+    (
+        "fingertip",
+        "\"4 mm\"]",
+        "\"4 mm\"]\nprescribes = \"torque\"",
+        &["parameter.1.prescribes", "turns a rigid body"],
+    ),
+    (
+        "fingertip",
+        "[[obstacle]]",
+        "[[rigid]]\nname = \"lid\"\non = \"skin\"\nturned = { by = \"slide\", y = 1 }\n[[obstacle]]",
+        &["is a length here, but an angle in rigid.0.turned.by"],
+    ),
+    (
+        "channel",
+        "[[cavity]]",
+        "[[constraint]]\nperiodic = [\"base\", \"wall\"]\n[[cavity]]",
+        &["constraint.0.periodic", "opposite"],
+    ),
+    (
+        "channel",
+        "[[cavity]]",
+        "[[constraint]]\nperiodic = [\"top\", \"base\"]\n[[cavity]]",
+        &["constraint.0.periodic", "contradicts a support", "^^^^"],
+    ),
+    (
+        "channel",
+        "[[cavity]]",
+        "[[constraint]]\nmean = { on = \"top\", along = \"y\" }\nmoved = { by = \"pressure\", y = 1 }\n[[cavity]]",
+        &[
+            "load.0.pressure",
+            "is a stress here, but a length in constraint.0",
+        ],
+    ),
+    (
+        "channel",
+        "[[cavity]]",
+        "[[constraint]]\n[[cavity]]",
+        &["constraint.0", "exactly one of periodic, mean and point"],
+    ),
+    (
+        "fingertip",
+        "[[obstacle]]",
+        "[[constraint]]\npoint = { at = \"tip\", along = \"x\" }\n[[obstacle]]",
+        &["constraint.0.point", "it follows nothing"],
+    ),
+    (
         "fingertip",
         "\"4 mm\"]",
         "]",
@@ -615,4 +694,149 @@ fn a_saved_state_that_names_a_facet_beyond_its_surface_is_refused() {
     let error = body.restore(&damaged.to_string(), "same").unwrap_err();
     let message = error.to_string();
     assert!(message.contains("facet 3 of a surface of 3"), "{message}");
+}
+
+/// A square of 2 mm with its four sides and two of its corners named: MSH 2.2.
+const SQUARE: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+$PhysicalNames\n7\n0 6 \"lower\"\n0 7 \"upper\"\n1 1 \"base\"\n1 2 \"right\"\n1 3 \"top\"\n\
+1 4 \"left\"\n2 5 \"rubber\"\n$EndPhysicalNames\n\
+$Nodes\n4\n1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n$EndNodes\n\
+$Elements\n7\n1 1 2 1 1 1 2\n2 1 2 2 2 2 3\n3 1 2 3 3 3 4\n4 1 2 4 4 4 1\n5 3 2 5 1 1 2 3 4\n\
+6 15 2 6 1 1\n7 15 2 7 1 3\n$EndElements\n";
+
+#[test]
+fn a_periodic_cell_is_stretched_as_the_solid_says() {
+    let text = r#"
+schema = 1
+name = "periodic cell"
+geometry = { plane_strain = { depth = "5 mm" } }
+mesh = { file = "square.msh", unit = "1 mm" }
+
+[[material]]
+regions = ["rubber"]
+law = { neo_hookean = { shear_modulus = "100 kPa" } }
+compressibility = "incompressible"
+
+[[parameter]]
+name = "pull"
+values = ["0.2 mm", "0.4 mm"]
+
+[[parameter]]
+name = "aside"
+values = ["0 N", "0 N"]
+prescribes = "force"
+
+[[support]]
+on = "lower"
+held = ["x", "y"]
+
+[[constraint]]
+periodic = ["left", "right"]
+moved = { by = "pull", x = 1 }
+
+[[constraint]]
+periodic = ["base", "top"]
+moved = { by = "aside", y = 1 }
+
+[output]
+displacements = ["upper"]
+reactions = ["right"]
+"#;
+    let body = solved(text, SQUARE.as_bytes());
+    let stretch: f64 = 1.2;
+    let found = column(&body, "aside_found")[2];
+    assert!(
+        (found - 2e-3 * (1.0 / stretch - 1.0)).abs() < 1e-12,
+        "{found}"
+    );
+    let moved = column(&body, "upper_displacement_x")[2];
+    assert!((moved - 0.4e-3).abs() < 1e-15, "{moved}");
+    // The side that follows carries the force: but for the share of its corners.
+    let force = column(&body, "right_reaction_x")[2];
+    let nominal = 100e3 * (stretch - stretch.powi(-3)) * 2e-3 * 5e-3;
+    assert!((force / nominal - 1.0).abs() < 1e-6, "{force} {nominal}");
+    // One that is said another way as well.
+    let twice = "[[constraint]]\npoint = { at = \"upper\", along = \"x\" }\n\
+                 follows = [{ at = \"lower\", along = \"y\", factor = 0.5 }]\n\n[output]";
+    let error = match self::body(
+        "square.toml",
+        &text.replace("[output]", twice),
+        SQUARE.as_bytes(),
+    ) {
+        Ok(_) => panic!("not refused"),
+        Err(error) => error.to_string(),
+    };
+    for part in ["constraint.2.point", "contradicts", "^^^"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    // The top on the mean, in place of its period.
+    let mean = text
+        .replace("periodic = [\"base\", \"top\"]", "mean = { on = \"top\", along = \"y\" }")
+        .replace("periodic = [\"left\", \"right\"]", "mean = { on = \"right\", along = \"x\" }")
+        .replace(
+            "[[support]]\n",
+            "[[support]]\non = \"left\"\nheld = [\"x\"]\n\n[[support]]\non = \"base\"\nheld = [\"y\"]\n\n[[support]]\n",
+        );
+    let body = solved(&mean, SQUARE.as_bytes());
+    let found = column(&body, "aside_found")[2];
+    assert!(
+        (found - 2e-3 * (1.0 / stretch - 1.0)).abs() < 1e-12,
+        "{found}"
+    );
+}
+
+#[test]
+fn a_rigid_side_turns_its_body_and_tells_force_and_torque() {
+    // In the plane of x and z a turn about y takes what is below the point to -x.
+    let (_, mesh) = shipped("fingertip");
+    let text = r#"
+schema = 1
+name = "turned fingertip"
+geometry = { plane_strain = { depth = "15 mm" } }
+mesh = { file = "fingertip.msh", unit = "1 mm" }
+
+[[material]]
+regions = ["skin", "pulp"]
+law = { neo_hookean = { shear_modulus = "15 kPa" } }
+compressibility = { quadratic = { bulk_modulus = "0.75 MPa" } }
+
+[[parameter]]
+name = "angle"
+values = ["30 deg"]
+
+[[rigid]]
+name = "bone"
+on = "bone"
+point = ["0 mm", "0 mm", "0 mm"]
+held = ["x", "z"]
+turned = { by = "angle", y = 1 }
+
+[output]
+displacements = ["tip"]
+"#;
+    let body = solved(text, mesh);
+    let tip = ["x", "z"].map(|axis| column(&body, &format!("tip_displacement_{axis}"))[1]);
+    assert!((tip[0] + 3.5e-3).abs() < 1e-9, "{tip:?}");
+    assert!(
+        (tip[1] - 7e-3 * (1.0 - 0.75_f64.sqrt())).abs() < 1e-9,
+        "{tip:?}"
+    );
+    assert!((column(&body, "bone_turn_y")[1] - 30_f64.to_radians()).abs() < 1e-12);
+    assert!(column(&body, "bone_torque_y")[1].abs() < 1e-9);
+    // By a torque against a nail that holds: the torque is that of the parameter.
+    let text = text
+        .replace(
+            "values = [\"30 deg\"]",
+            "values = [\"0.5 mN m\"]\nprescribes = \"torque\"",
+        )
+        .replace(
+            "[output]",
+            "[[support]]\non = \"outside\"\nheld = [\"x\", \"z\"]\n\n[output]",
+        );
+    let body = solved(&text, mesh);
+    let torque = column(&body, "bone_torque_y")[1];
+    let angle = column(&body, "angle_found")[1];
+    assert!((torque / 0.5e-3 - 1.0).abs() < 1e-6, "{torque}");
+    assert!((column(&body, "bone_turn_y")[1] - angle).abs() < 1e-12);
+    assert!(angle > 1e-3 && angle < 0.5, "{angle}");
 }
