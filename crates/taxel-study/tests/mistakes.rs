@@ -152,6 +152,18 @@ fn every_mistake_of_what_is_asked_is_marked_under_the_word() {
         "a capacitance is needed here",
     );
     wrong("scale = \"log\"", "scale = \"cubic\"", "\"cubic\"", "log");
+    wrong(
+        "scale = \"log\"",
+        "each = \"taxel\"",
+        "\"taxel\"",
+        "no range or values",
+    );
+    wrong(
+        "range = [\"20 um\", \"100 um\"]\nscale = \"log\"",
+        "spread = { normal = \"1 um\" }\neach = \"taxel\"",
+        "\"taxel\"",
+        "one value for all taxels",
+    );
 }
 
 #[test]
