@@ -205,7 +205,7 @@ fn gaps_that_differ_within_a_taxel_average_out() {
              load = \"fz=10 mN\"\n[tolerance]";
         let text = text
             .replace("[tolerance]", force_x)
-            .replace("samples = 4096", "samples = 512");
+            .replace("samples = 4096", "samples = 160");
         let text = text.replace("7 %", "0.1 %").replace("3.5 %", "0.1 %");
         let mut study = study_of(&text.replace("within = \"3 %\"", "within = \"0.1 %\""));
         study.tolerance.after = AfterFile::AsDrawn;
@@ -219,7 +219,7 @@ fn gaps_that_differ_within_a_taxel_average_out() {
         let force = &found.answers[0];
         force.deviation * force.shares[0].total.value.sqrt()
     };
-    // A deviation of 1024 devices has a standard error of some 2 %, a share of one of 7 %.
+    // A deviation of 320 devices has a standard error of some 3 %, a share of one of 10 %.
     near(
         of_gaps(&device) / of_gaps(&taxel),
         2.0,
@@ -250,16 +250,12 @@ fn gaps_that_differ_within_a_taxel_average_out() {
         0.05,
         "side force",
     );
-    // Halving the spread halves all four.
-    let yields = |found: &Tolerance| {
-        let gap = found
-            .tightened
-            .iter()
-            .find(|one| one.variable == "air_gap")
-            .unwrap();
-        gap.yields.value - found.yields.unwrap().value
-    };
-    assert!(yields(&taxel) > 0.0 && yields(&device) > yields(&taxel));
+    // Halving the spread halves all four: more devices are right than by any other.
+    let first = &taxel.tightened[0];
+    let alone = taxel.yields.unwrap();
+    println!("{alone:?}, {:?}", taxel.tightened);
+    assert_eq!(first.variable, "air_gap");
+    assert!(first.yields.interval[0] > alone.interval[1]);
 }
 
 #[test]
