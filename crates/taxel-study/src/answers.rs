@@ -1369,7 +1369,7 @@ fn section(
                 format!("\"{text}\" is not above zero"),
                 "give more than zero",
             ),
-            Err(message) => wrong(key, message, ""),
+            Err(message) => wrong(key, message, "or name a variable without a key"),
         }
     };
     let pressure = condition("pressure", written.pressure.as_ref(), &quantity::STRESS)?;

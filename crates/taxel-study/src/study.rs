@@ -647,7 +647,7 @@ impl Study {
     /// What the result of a design follows from, beside the library: the sensor in SI, the
     /// contents of the table that it names, and the answers asked.
     pub fn content(&self, point: &[f64]) -> String {
-        let (text, _) = self.text_of(point);
+        let (text, written) = self.text_of(point);
         let resolved = text
             .parse::<DocumentMut>()
             .map_or(serde_json::Value::Null, |document| {
@@ -659,7 +659,7 @@ impl Study {
             .map(|one| one.statement.as_str())
             .collect();
         let mut content = serde_json::json!({"answers": answers, "sensor": resolved});
-        for (variable, value) in self.variables.iter().zip(point) {
+        for (variable, value) in self.variables.iter().zip(&written) {
             if variable.key.is_none() {
                 content["conditions"][&variable.name] = serde_json::Value::from(*value);
             }
