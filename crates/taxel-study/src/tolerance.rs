@@ -634,6 +634,43 @@ mod tests {
         assert_eq!(wilson(0, 10).interval[0], 0.0);
     }
 
+    /// The first 8192 devices of the shipped study have a yield that is 3.0 standard errors high: by
+    /// chance, as the first million shows. Only the plan is asked; the answer is its closed form.
+    #[test]
+    #[allow(clippy::print_stdout, reason = "figures are printed")]
+    fn the_devices_of_a_plan_have_no_bias() {
+        let text = crate::shipped_text("p2-tolerance").unwrap();
+        let sensor = crate::study::SensorText {
+            name: "three-axis-8x8",
+            text: taxel::sensor::Sensor::shipped_text("three-axis-8x8").unwrap(),
+        };
+        let tables =
+            || Box::new(taxel::solutions::TablesOnly) as Box<dyn taxel::solutions::Solutions>;
+        let study = Study::parse("p2-tolerance", text, &sensor, Box::new(tables)).unwrap();
+        let plan = plan(&study).unwrap();
+        let sensitivity = |made: &[f64]| 1.0 / (made[2] * (made[0] + made[1] / 2.7));
+        let nominal = sensitivity(&plan.nominal);
+        let mut random = seeded(study.tolerance.seed);
+        let good = |count: usize, random: &mut _| {
+            let mut right = || {
+                let shares: Vec<f64> = plan.sources.iter().map(|_| draw(random)).collect();
+                (sensitivity(&plan.point(&shares, None)) / nominal - 1.0).abs() <= 0.03
+            };
+            let right = (0..count).filter(|_| right()).count();
+            wilson(right, count)
+        };
+        // `design_p2_tolerance.csv`, exact to 1e-4.
+        let exact = 0.543621622;
+        let first = good(8192, &mut random);
+        assert!((first.value - exact) / first.error > 2.9, "{first:?}");
+        let all = good(1 << 20, &mut random);
+        assert!(
+            (all.value - exact).abs() < 4.0 * all.error + 1e-4,
+            "{all:?}"
+        );
+        println!("{first:?}, then {all:?}");
+    }
+
     /// Ishigami's function, a = 7, b = 0.1, has shares in closed form.
     #[test]
     fn shares_of_ishigami_are_the_exact_ones() {

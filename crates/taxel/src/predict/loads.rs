@@ -359,10 +359,9 @@ impl LoadKind {
             Self::Quantity(_, range) | Self::Number(range) => range,
             Self::Word(_) => return false,
         };
-        // Without an early end the comparisons go side by side.
-        numbers.iter().fold(true, |all, number| {
-            all & (low <= *number) & (*number <= high)
-        })
+        // Counted, without an early end, the comparisons go side by side.
+        let within = |number: &&f64| (low..=high).contains(*number);
+        numbers.iter().filter(within).count() == numbers.len()
     }
 }
 
