@@ -24,6 +24,8 @@ use crate::table::{Filled, Part, Piece, Table, Values, si_symbol};
 const FEW: usize = 256;
 /// Loads that one core answers at a time.
 const PIECE: usize = 4096;
+/// Loads whose answers are put into their columns together: they stay within the first cache.
+const BLOCK: usize = 24;
 
 /// Name and text of a sensor file, or of a shipped one.
 #[pyfunction]
@@ -172,19 +174,25 @@ fn answers(
     let others = loads.given.others.iter().map(Column::plain);
     let columns: Vec<Column> = others.chain(predictor.columns()).collect();
     let width = columns.len();
-    let answer = |index: usize, row: &mut Vec<Cell>| {
-        row.clear();
-        row.extend(loads.others(index).iter().cloned().map(Cell::from));
-        let answered = predictor.answer(&loads.load(index), row);
-        debug_assert!(answered.is_err() || row.len() == width);
+    let has_others = !loads.given.others.is_empty();
+    // Appends a row.
+    let answer = |index: usize, rows: &mut Vec<Cell>| {
+        let before = rows.len();
+        if has_others {
+            rows.extend(loads.others(index).iter().cloned().map(Cell::from));
+        }
+        let answered = predictor.answer(&loads.load(index), rows);
+        debug_assert!(answered.is_err() || rows.len() == before + width);
         answered.map_err(|why| (index, why))
     };
     let count = loads.len();
+    let mut first = Vec::with_capacity(width);
     let found: Result<Vec<Values>, (usize, LoadRefused)> = if count <= FEW {
         let mut values: Vec<Values> = (0..width).map(|_| Values::Nothing).collect();
-        let mut row = Vec::with_capacity(width);
+        let mut row = first;
         let mut fill = || {
             for index in 0..count {
+                row.clear();
                 answer(index, &mut row)?;
                 let cells = values.iter_mut().zip(&row);
                 cells.for_each(|(values, cell)| values.push(cell));
@@ -192,29 +200,33 @@ fn answers(
             Ok(())
         };
         fill().map(|()| values)
+    } else if let Err(refused) = answer(0, &mut first) {
+        Err(refused)
     } else {
-        pool::run(py, |request: Request<'_>| {
-            let mut first = Vec::with_capacity(width);
-            if let Err(refused) = answer(0, &mut first) {
-                return Ok(Err(refused));
-            }
-            let mut filled = Filled::new(&first, count, PIECE);
+        let mut filled = Filled::new(py, &first, count, PIECE)?;
+        let pieces = filled.pieces();
+        let parts = pool::run(py, |request: Request<'_>| {
             let fill = |(number, mut piece): (usize, Vec<Piece<'_>>)| {
                 request.leave();
-                let mut row = Vec::with_capacity(width);
-                for index in number * PIECE..((number + 1) * PIECE).min(count) {
-                    answer(index, &mut row)?;
-                    let cells = piece.iter_mut().zip(&row);
-                    cells.for_each(|(piece, cell)| piece.push(cell));
+                let mut rows = Vec::with_capacity(BLOCK * width);
+                let end = ((number + 1) * PIECE).min(count);
+                for start in (number * PIECE..end).step_by(BLOCK) {
+                    rows.clear();
+                    for index in start..(start + BLOCK).min(end) {
+                        answer(index, &mut rows)?;
+                    }
+                    for (column, piece) in piece.iter_mut().enumerate() {
+                        piece.extend(&rows, column, width);
+                    }
                 }
                 Ok(piece.into_iter().map(Piece::part).collect())
             };
-            let pieces = filled.pieces().into_par_iter().enumerate();
+            let pieces = pieces.into_par_iter().enumerate();
             let parts: Vec<Result<Vec<Part>, _>> = pieces.map(fill).collect();
             // Of several loads without meaning the first one.
-            let parts: Result<Vec<Vec<Part>>, _> = parts.into_iter().collect();
-            Ok(parts.map(|parts| filled.values(parts)))
-        })?
+            Ok(parts.into_iter().collect::<Result<Vec<Vec<Part>>, _>>())
+        })?;
+        parts.map(|parts| filled.values(parts))
     };
     let found = found.map_err(|(index, why)| {
         given.refused(

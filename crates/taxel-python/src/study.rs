@@ -274,7 +274,13 @@ impl Study {
     fn variables(&self) -> Vec<(String, String)> {
         let variables = self.posed.variables.iter();
         variables
-            .map(|one| (one.name.clone(), one.key.text.clone()))
+            .map(|one| {
+                let key = one.key.as_ref();
+                (
+                    one.name.clone(),
+                    key.map_or_else(String::new, |key| key.text.clone()),
+                )
+            })
             .collect()
     }
 

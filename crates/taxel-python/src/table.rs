@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArray1};
+use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadwriteArray1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -105,19 +105,6 @@ impl Values {
         }
     }
 
-    /// Some of these values; `words` are those of a piece of words.
-    fn piece(&self, from: usize, size: usize, words: Vec<String>) -> Self {
-        fn some<T>(all: &[T], from: usize, size: usize) -> &[T] {
-            &all[from..(from + size).min(all.len())]
-        }
-        match self {
-            Self::Numbers(all) => Self::Numbers(some(all, from, size).to_vec()),
-            Self::Whole(all) => Self::Whole(some(all, from, size).to_vec()),
-            Self::Words(_, all) => words_or_empty(&words, some(all, from, size)),
-            _ => Self::Nothing,
-        }
-    }
-
     fn given(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         Ok(match self {
             Self::Nothing => PyArray1::from_vec(py, Vec::<f64>::new())
@@ -143,11 +130,54 @@ impl Values {
     }
 }
 
-/// Columns of a known number of rows, filled in pieces side by side. Each column is what its cell
-/// of the first row is; where another row has something else there, its piece is gathered loosely.
-pub(crate) struct Filled {
-    columns: Vec<Values>,
+/// Columns of a known number of rows in memory of NumPy, filled in pieces side by side. Each column
+/// is what its cell of the first row is; where another row has something else there, its piece is
+/// gathered loosely.
+pub(crate) struct Filled<'py> {
+    columns: Vec<Room<'py>>,
     size: usize,
+}
+
+/// Room for a column.
+enum Room<'py> {
+    Numbers(PyReadwriteArray1<'py, f64>),
+    Whole(PyReadwriteArray1<'py, i64>),
+    /// The index of the word of each row.
+    Words(Vec<u32>),
+}
+
+/// An array that is not filled yet. NumPy asks the system for large pages, which the allocator of
+/// Rust does not: most of the time that fresh memory takes is that of its pages.
+fn room<T: Element>(py: Python<'_>, rows: usize) -> PyResult<PyReadwriteArray1<'_, T>> {
+    let numpy = py.import("numpy")?;
+    let array = numpy.call_method1("empty", (rows, numpy::dtype::<T>(py)))?;
+    Ok(array.cast_into::<PyArray1<T>>()?.readwrite())
+}
+
+impl Room<'_> {
+    fn array(self) -> Values {
+        match self {
+            Self::Numbers(all) => Values::Given((**all).clone().into_any().unbind()),
+            Self::Whole(all) => Values::Given((**all).clone().into_any().unbind()),
+            Self::Words(places) => Values::Words(Vec::new(), places),
+        }
+    }
+
+    /// The values of a piece; `words` are those that it has.
+    fn piece(&self, number: usize, size: usize, words: &[String]) -> Values {
+        fn some<T: Clone>(all: &[T], number: usize, size: usize) -> Vec<T> {
+            all.chunks(size).nth(number).unwrap_or_default().to_vec()
+        }
+        match self {
+            Self::Numbers(all) => {
+                Values::Numbers(some(all.as_slice().unwrap_or_default(), number, size))
+            }
+            Self::Whole(all) => {
+                Values::Whole(some(all.as_slice().unwrap_or_default(), number, size))
+            }
+            Self::Words(all) => words_or_empty(words, &some(all, number, size)),
+        }
+    }
 }
 
 /// What a piece of a column became.
@@ -203,34 +233,48 @@ impl Words {
     }
 }
 
-impl Filled {
+impl<'py> Filled<'py> {
     /// Room for `rows` like `first`, in pieces of `size`.
-    pub(crate) fn new(first: &[Cell], rows: usize, size: usize) -> Self {
-        let column = |cell: &Cell| match cell {
-            Cell::Number(_) => Values::Numbers(vec![0.0; rows]),
-            Cell::Whole(_) => Values::Whole(vec![0; rows]),
-            Cell::Text(_) => Values::Words(Vec::new(), vec![0; rows]),
+    pub(crate) fn new(py: Python<'py>, first: &[Cell], rows: usize, size: usize) -> PyResult<Self> {
+        let column = |cell: &Cell| {
+            Ok(match cell {
+                Cell::Number(_) => Room::Numbers(room(py, rows)?),
+                Cell::Whole(_) => Room::Whole(room(py, rows)?),
+                Cell::Text(_) => Room::Words(vec![0; rows]),
+            })
         };
-        Self {
-            columns: first.iter().map(column).collect(),
+        let columns: PyResult<_> = first.iter().map(column).collect();
+        Ok(Self {
+            columns: columns?,
             size,
-        }
+        })
     }
 
     /// The pieces: of each all columns.
     pub(crate) fn pieces(&mut self) -> Vec<Vec<Piece<'_>>> {
+        fn chunks<'a, T>(
+            all: &'a mut [T],
+            size: usize,
+            place: impl Fn(&'a mut [T]) -> Place<'a>,
+        ) -> Vec<Place<'a>> {
+            all.chunks_mut(size).map(place).collect()
+        }
         let mut pieces: Vec<Vec<Piece<'_>>> = Vec::new();
         for column in &mut self.columns {
-            let places: Vec<Place<'_>> = match column {
-                Values::Numbers(all) => all.chunks_mut(self.size).map(Place::Numbers).collect(),
-                Values::Whole(all) => all.chunks_mut(self.size).map(Place::Whole).collect(),
-                Values::Words(_, all) => {
-                    let chunks = all.chunks_mut(self.size);
-                    chunks
-                        .map(|chunk| Place::Words(Words::default(), chunk))
-                        .collect()
-                }
-                _ => Vec::new(),
+            let places = match column {
+                Room::Numbers(all) => chunks(
+                    all.as_slice_mut().unwrap_or_default(),
+                    self.size,
+                    Place::Numbers,
+                ),
+                Room::Whole(all) => chunks(
+                    all.as_slice_mut().unwrap_or_default(),
+                    self.size,
+                    Place::Whole,
+                ),
+                Room::Words(all) => chunks(all, self.size, |chunk| {
+                    Place::Words(Words::default(), chunk)
+                }),
             };
             pieces.resize_with(places.len(), Vec::new);
             for (piece, place) in pieces.iter_mut().zip(places) {
@@ -258,10 +302,10 @@ impl Filled {
 }
 
 /// A column of its pieces.
-fn joined(column: Values, parts: Vec<Part>, size: usize) -> Values {
+fn joined(column: Room<'_>, parts: Vec<Part>, size: usize) -> Values {
     let tight = parts.iter().all(|part| matches!(part, Part::Tight(_)));
     match column {
-        Values::Words(_, mut places) if tight => {
+        Room::Words(mut places) if tight => {
             let mut words: Vec<String> = Vec::new();
             for (part, places) in parts.into_iter().zip(places.chunks_mut(size)) {
                 let Part::Tight(own) = part else { continue };
@@ -274,13 +318,13 @@ fn joined(column: Values, parts: Vec<Part>, size: usize) -> Values {
             }
             Values::Words(words, places)
         }
-        column if tight => column,
+        column if tight => column.array(),
         column => {
             let mut all = Values::Nothing;
             for (number, part) in parts.into_iter().enumerate() {
                 all.append(match part {
                     Part::Loose(values) => values,
-                    Part::Tight(words) => column.piece(number * size, size, words),
+                    Part::Tight(words) => column.piece(number, size, &words),
                 });
             }
             all
@@ -301,8 +345,49 @@ fn merged(words: &mut Vec<String>, others: Vec<String>) -> Vec<u32> {
 }
 
 impl Piece<'_> {
+    /// The cells of the column at `column` of next rows, each `width` wide.
+    pub(crate) fn extend(&mut self, rows: &[Cell], column: usize, width: usize) {
+        let mut at = column;
+        // Nearly all cells are what the first row has: they ask for nothing else. Loops by index,
+        // for iterators are calls here where the compiler does not inline them.
+        if self.loose.is_none() {
+            let mut filled = self.filled;
+            match &mut self.place {
+                Place::Numbers(numbers) => {
+                    let numbers = &mut **numbers;
+                    while let Some(Cell::Number(number)) = rows.get(at) {
+                        numbers[filled] = *number;
+                        filled += 1;
+                        at += width;
+                    }
+                }
+                Place::Whole(numbers) => {
+                    let numbers = &mut **numbers;
+                    while let Some(Cell::Whole(whole)) = rows.get(at) {
+                        numbers[filled] = whole.cast_signed();
+                        filled += 1;
+                        at += width;
+                    }
+                }
+                Place::Words(words, places) => {
+                    let places = &mut **places;
+                    while let Some(Cell::Text(Cow::Borrowed(word))) = rows.get(at) {
+                        places[filled] = words.constant(word);
+                        filled += 1;
+                        at += width;
+                    }
+                }
+            }
+            self.filled = filled;
+        }
+        while let Some(cell) = rows.get(at) {
+            self.push(cell);
+            at += width;
+        }
+    }
+
     /// The next cell.
-    pub(crate) fn push(&mut self, cell: &Cell) {
+    fn push(&mut self, cell: &Cell) {
         if let Some(loose) = &mut self.loose {
             loose.push(cell);
             return;

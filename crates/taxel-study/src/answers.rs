@@ -1,7 +1,7 @@
 //! What may be asked of a design.
 
 use taxel::InputError;
-use taxel::design::{self, MicrochannelSections, SectionState};
+use taxel::design::{self, DrawnSection, SectionRow, SectionState};
 use taxel::device::{Device, PlaceInformation, PlacedContact};
 use taxel::estimation::{Outcome as SearchOutcome, SearchOptions, estimate_unit};
 use taxel::information::{Information, InformationOptions, NoInformation, RadiusKnowledge};
@@ -12,6 +12,7 @@ use taxel::sensor::Sensor;
 use taxel::summary::{self, Fact};
 use taxel::table::{Cell, Column};
 
+use crate::exponents::Exponents;
 use crate::file::{AfterFile, AnswerFile, MechanicsFile, RadiusFile, Source, Take};
 
 /// What became of an answer.
@@ -59,7 +60,55 @@ enum Kind {
     Check(String),
     Predict(Prediction),
     Estimate(Estimate),
-    Section(String, MicrochannelSections),
+    Section(Section),
+}
+
+/// What is asked of the section of a microchannel.
+#[derive(Debug, Clone)]
+struct Section {
+    quantity: &'static str,
+    pressure: Condition,
+    thickness: Condition,
+    /// Pressures on the way, Pa: those that the study lists, rising; without a list the pressure
+    /// is reached at once.
+    way: Vec<f64>,
+}
+
+/// A number that an answer states, or the variable without a key that it names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Condition {
+    Stated(f64),
+    Variable(usize),
+}
+
+impl Condition {
+    fn at(self, point: &[f64]) -> f64 {
+        match self {
+            Self::Stated(value) => value,
+            Self::Variable(index) => point[index],
+        }
+    }
+}
+
+/// A variable of the study, as an answer may name it.
+pub(crate) struct Named<'a> {
+    pub(crate) name: &'a str,
+    /// True if it has no key, and so changes no sensor file.
+    pub(crate) keyless: bool,
+    /// Dimension of its numbers; none of words.
+    pub(crate) exponents: Option<Exponents>,
+    /// Its least value, SI.
+    pub(crate) least: f64,
+    /// Its values, SI, where the study lists them.
+    pub(crate) listed: &'a [f64],
+}
+
+/// A section that was solved, with all that it follows from beside the sensor.
+#[derive(Debug)]
+pub(crate) struct SolvedSection {
+    thickness: f64,
+    way: Vec<f64>,
+    row: SectionRow,
 }
 
 #[derive(Debug, Clone)]
@@ -160,10 +209,18 @@ pub(crate) struct Context<'a> {
     drawn: Option<(&'a Sensor, AfterFile)>,
     /// Numbers over a region with all that they follow from: rms and worst are asked together.
     region: Option<(Estimate, Vec<Option<f64>>)>,
+    /// The section of a microchannel on its way of pressures.
+    pub(crate) section: Option<SolvedSection>,
+    /// Values of the variables.
+    point: &'a [f64],
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn new(sensor: &'a Sensor, drawn: Option<(&'a Sensor, AfterFile)>) -> Self {
+    pub(crate) fn new(
+        sensor: &'a Sensor,
+        drawn: Option<(&'a Sensor, AfterFile)>,
+        point: &'a [f64],
+    ) -> Self {
         Self {
             sensor,
             device: sensor.device().ok(),
@@ -171,6 +228,8 @@ impl<'a> Context<'a> {
             predictor: None,
             drawn,
             region: None,
+            section: None,
+            point,
         }
     }
 
@@ -216,7 +275,12 @@ pub(crate) fn key_of(dimension: &Dimension) -> &'static str {
 }
 
 impl Answer {
-    pub(crate) fn read(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<Self, Wrong> {
+    pub(crate) fn read(
+        name: &str,
+        written: &AnswerFile,
+        sensor: &Sensor,
+        variables: &[Named<'_>],
+    ) -> Result<Self, Wrong> {
         let statement = format!("{written:?}");
         let accept = written
             .accept
@@ -226,7 +290,7 @@ impl Answer {
             Source::Check => check(name, written, sensor)?,
             Source::Predict => prediction(name, written, sensor)?,
             Source::Estimate => estimate(name, written, sensor)?,
-            Source::ChannelSection => section(name, written, sensor)?,
+            Source::ChannelSection => section(name, written, sensor, variables)?,
         };
         Ok(Self {
             name: name.to_owned(),
@@ -255,10 +319,16 @@ impl Answer {
             }
             Kind::Predict(prediction) => prediction.evaluate(context, &self.accept, self.word),
             Kind::Estimate(estimate) => estimate.evaluate(context, &self.accept),
-            Kind::Section(quantity, sections) => {
-                section_answer(context.sensor, quantity, sections, &self.accept)
-            }
+            Kind::Section(section) => section.evaluate(context, &self.accept),
         }
+    }
+
+    /// True if it names the variable at `index`, which has no key.
+    pub(crate) fn uses(&self, index: usize) -> bool {
+        let Kind::Section(section) = &self.kind else {
+            return false;
+        };
+        [section.pressure, section.thickness].contains(&Condition::Variable(index))
     }
 }
 
@@ -914,18 +984,22 @@ impl Estimate {
         };
         let columns = predictor.columns();
         let full = loads.load(0);
-        let first = full.0.iter().find_map(|value| match value {
-            Some(LoadValue::Number(number)) => Some(*number),
+        let first = full.values().find_map(|value| match value {
+            Some(LoadValue::Number(number)) => Some(number),
             _ => None,
         });
         let at = |share: f64| -> Option<String> {
-            let scaled = scaled(predictor.as_ref(), &full, share);
+            let scaled = full.scaled(predictor.as_ref(), share);
             let mut row = Vec::new();
-            match predictor.answer(&Load(&scaled), &mut row) {
+            match predictor.answer(&Load::of(&scaled), &mut row) {
                 Err(refused) => Some(refused.message),
                 Ok(()) => unaccepted(&columns, &row, "", accept)
                     .map(str::to_owned)
-                    .or_else(|| predictor.clips(&Load(&scaled)).then(|| "clipped".into())),
+                    .or_else(|| {
+                        predictor
+                            .clips(&Load::of(&scaled))
+                            .then(|| "clipped".into())
+                    }),
             }
         };
         let steps = (1..=RANGE_STEPS).map(|step| step as f64 / RANGE_STEPS as f64);
@@ -1024,10 +1098,10 @@ impl Estimate {
             let message = format!("the load {} is refused", self.load);
             return Err(Outcome::Outside(message));
         };
-        let scaled = scaled(predictor, &loads.load(0), share);
+        let scaled = loads.load(0).scaled(predictor, share);
         let mut row = Vec::new();
         predictor
-            .answer(&Load(&scaled), &mut row)
+            .answer(&Load::of(&scaled), &mut row)
             .map_err(|refused| Outcome::Outside(refused.message))?;
         match unaccepted(&predictor.columns(), &row, "", accept) {
             Some(state) => Err(Outcome::Outside(format!("state {state}"))),
@@ -1153,7 +1227,7 @@ impl Estimated {
         let stretch = || {
             predictor.is_some_and(|one| one.columns().iter().any(|column| column.name == STRETCH))
         };
-        let nothing = Load(&[]);
+        let nothing = Load::of(&[]);
         let missing = match self {
             Self::Linearity => !readings(),
             Self::Stretch => !stretch(),
@@ -1170,17 +1244,6 @@ impl Estimated {
             _ => "the output of this sensor has no band with two ends",
         })
     }
-}
-
-/// A load with its size times a share.
-fn scaled(predictor: &dyn Predictor, full: &Load<'_>, share: f64) -> Vec<Option<LoadValue>> {
-    let part = |(column, value): (usize, &Option<LoadValue>)| match value {
-        Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
-            Some(LoadValue::Number(share * number))
-        }
-        other => *other,
-    };
-    full.0.iter().enumerate().map(part).collect()
 }
 
 /// Greatest distance of values at equal steps from the line through the first one whose greatest
@@ -1250,18 +1313,23 @@ pub(crate) fn farthest(places: &[[f64; 2]], contacts: &[PlacedContact]) -> f64 {
 }
 
 /// Columns of a section, as in the table of a sweep of schema 1.
-const SECTION: [(&str, &str, f64, &str); 5] = [
+const SECTION: [(&str, &str, f64, &str); 9] = [
     ("area_ratio", "", 1.0, ""),
     ("change", "", 1.0, ""),
+    ("change_at_most", "", 1.0, ""),
     ("internal_pressure", "kPa", 1e3, "pa"),
     ("gap", "um", 1e-6, "m"),
+    ("fold", "um", 1e-6, "m"),
     ("greatest_stress", "kPa", 1e3, "pa"),
+    ("state", "", 1.0, ""),
+    ("solved_to_pressure", "kPa", 1e3, "pa"),
 ];
 
 fn section(
     name: &str,
     written: &AnswerFile,
     sensor: &Sensor,
+    variables: &[Named<'_>],
 ) -> Result<(Kind, Column, bool), Wrong> {
     unused(written, &["pressure"])?;
     if sensor.microchannels().is_err() {
@@ -1274,7 +1342,7 @@ fn section(
     let found = SECTION
         .iter()
         .find(|(known, ..)| *known == written.quantity);
-    let Some((_, unit, scale, si)) = found else {
+    let Some((quantity, unit, scale, si)) = found else {
         let names = SECTION.map(|(known, ..)| known).join(", ");
         return wrong(
             "quantity",
@@ -1282,7 +1350,7 @@ fn section(
             format!("use one of: {names}"),
         );
     };
-    let stated = |key: &'static str, text: Option<&String>, dimension: &Dimension| {
+    let condition = |key: &'static str, text: Option<&String>, dimension: &'static Dimension| {
         let Some(text) = text else {
             return wrong(
                 key,
@@ -1290,87 +1358,135 @@ fn section(
                 format!("write {} with its unit", dimension.name),
             );
         };
+        if let Some(index) = variables.iter().position(|one| one.name == *text) {
+            return variable_of(key, &variables[index], dimension)
+                .map(|()| Condition::Variable(index));
+        }
         match dimension.parse(text) {
-            Ok(value) if value > 0.0 => Ok(value),
+            Ok(value) if value > 0.0 => Ok(Condition::Stated(value)),
             Ok(_) => wrong(
                 key,
                 format!("\"{text}\" is not above zero"),
                 "give more than zero",
             ),
-            Err(message) => wrong(key, message, ""),
+            Err(message) => wrong(key, message, "or name a variable without a key"),
         }
     };
-    let pressure = stated("pressure", written.pressure.as_ref(), &quantity::STRESS)?;
-    let thickness = stated("thickness", written.thickness.as_ref(), &quantity::LENGTH)?;
-    let one = |value: f64| design::Lengths {
-        from: value,
-        to: value,
-        count: 1,
+    let pressure = condition("pressure", written.pressure.as_ref(), &quantity::STRESS)?;
+    let thickness = condition("thickness", written.thickness.as_ref(), &quantity::LENGTH)?;
+    let mut way = match pressure {
+        Condition::Variable(index) => variables[index].listed.to_vec(),
+        Condition::Stated(_) => Vec::new(),
     };
-    let sections = MicrochannelSections {
+    way.sort_by(f64::total_cmp);
+    let section = Section {
+        quantity,
+        pressure,
         thickness,
-        heights: one(0.0),
-        covers: one(0.0),
-        pressures: design::Pressures {
-            from: pressure,
-            to: pressure,
-            count: 1,
-        },
+        way,
     };
-    let column = Column::new(name, unit, *scale, si, 5);
-    Ok((
-        Kind::Section(written.quantity.clone(), sections),
-        column,
-        false,
-    ))
+    let word = *quantity == "state";
+    let column = if word {
+        Column::plain(name)
+    } else {
+        Column::new(name, unit, *scale, si, 5)
+    };
+    Ok((Kind::Section(section), column, word))
 }
 
-/// The section of the upper layer under the pressure.
-fn section_answer(
-    sensor: &Sensor,
-    quantity: &str,
-    sections: &MicrochannelSections,
-    accept: &[String],
-) -> Outcome {
-    let Ok(array) = sensor.microchannels() else {
-        return Outcome::Outside(String::from("has no microchannels"));
-    };
-    let element = array.element;
-    let cover = element.rows.roof.min(element.columns.roof);
-    let height = element.section.height;
-    if height + cover >= sections.thickness {
-        return Outcome::Outside(String::from(
-            "the sheet is thinner than microchannel and cover",
-        ));
+/// Refuses a variable that is no condition of this dimension, above zero.
+fn variable_of(
+    key: &'static str,
+    variable: &Named<'_>,
+    dimension: &'static Dimension,
+) -> Result<(), Wrong> {
+    let name = variable.name;
+    if !variable.keyless {
+        return wrong(
+            key,
+            format!("the variable {name} has a key of its own"),
+            "name a variable without a key",
+        );
     }
-    let one = |value: f64| design::Lengths {
-        from: value,
-        to: value,
-        count: 1,
-    };
-    let sections = MicrochannelSections {
-        heights: one(height),
-        covers: one(cover),
-        ..sections.clone()
-    };
-    let rows = design::sweep(&sections, element, sensor.array.pitch[0], &|_, _| true);
-    let Some(row) = rows.first() else {
-        return Outcome::Ended(String::from("no solution"));
-    };
-    let Some(answer) = row.answers.first() else {
-        return Outcome::Ended(row.ended.clone().unwrap_or_default());
-    };
-    let state = answer.state.name();
-    // A bound is no number unless the study accepts it.
-    let closed = answer.state == SectionState::Closed;
-    if !closed && !accept.iter().any(|ok| ok == state) {
-        return Outcome::Outside(format!("state {state}"));
+    if variable.exponents != Some(Exponents::of(dimension)) {
+        return wrong(
+            key,
+            format!("the variable {name} is not {}", dimension.name),
+            format!("give {} with its unit there", dimension.name),
+        );
     }
-    finite(match quantity {
-        "area_ratio" => answer.closure.area_ratio,
-        "change" => answer.change(),
-        "internal_pressure" => answer.closure.inside,
-        "gap" => answer.closure.gap,
-        _ => answer.closure.stress,
-    })
+    if variable.least <= 0.0 {
+        return wrong(
+            key,
+            format!("the variable {name} is not above zero everywhere"),
+            "give more than zero there",
+        );
+    }
+    Ok(())
+}
+
+impl Section {
+    /// The section of the upper layer under the pressure.
+    fn evaluate(&self, context: &mut Context<'_>, accept: &[String]) -> Outcome {
+        let Ok(array) = context.sensor.microchannels() else {
+            return Outcome::Outside(String::from("has no microchannels"));
+        };
+        let element = array.element;
+        let drawn = DrawnSection {
+            height: element.section.height,
+            cover: element.rows.roof.min(element.columns.roof),
+            thickness: self.thickness.at(context.point),
+            pitch: context.sensor.array.pitch[0],
+        };
+        if drawn.height + drawn.cover >= drawn.thickness {
+            return Outcome::Outside(String::from(
+                "the sheet is thinner than microchannel and cover",
+            ));
+        }
+        let pressure = self.pressure.at(context.point);
+        let way = if self.way.contains(&pressure) {
+            self.way.clone()
+        } else {
+            vec![pressure]
+        };
+        let known = context.section.take();
+        let same = |known: &SolvedSection| known.thickness == drawn.thickness && known.way == way;
+        let solved = known.filter(same).unwrap_or_else(|| SolvedSection {
+            thickness: drawn.thickness,
+            row: design::solve_section(element, drawn, &way),
+            way,
+        });
+        let outcome = self.of(&solved.row, pressure, accept);
+        context.section = Some(solved);
+        outcome
+    }
+
+    fn of(&self, row: &SectionRow, pressure: f64, accept: &[String]) -> Outcome {
+        let mut answers = row.answers.iter();
+        let Some(answer) = answers.find(|answer| answer.pressure == pressure) else {
+            return Outcome::Ended(row.ended.clone().unwrap_or_default());
+        };
+        let state = answer.state.name();
+        // A bound is no number unless the study accepts it.
+        let closed = answer.state == SectionState::Closed;
+        if !closed && !accept.iter().any(|ok| ok == state) {
+            return Outcome::Outside(format!("state {state}"));
+        }
+        let closure = &answer.closure;
+        finite(match self.quantity {
+            "area_ratio" => closure.area_ratio,
+            "change" => answer.change(),
+            // Only what lies beyond the solution has a bound.
+            "change_at_most" => match answer.greatest {
+                Some(greatest) => greatest,
+                None => return Outcome::None,
+            },
+            "internal_pressure" => closure.inside,
+            "gap" => closure.gap,
+            "fold" => closure.fold,
+            "state" => return Outcome::Word(state.to_owned()),
+            "solved_to_pressure" => closure.pressure,
+            _ => closure.stress,
+        })
+    }
 }

@@ -75,8 +75,9 @@ pub enum Bound {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariableFile {
-    /// Path of its key in the sensor file.
-    pub key: String,
+    /// Path of its key in the sensor file. A variable without one is a condition that answers name,
+    /// such as the pressure on a section.
+    pub key: Option<String>,
     /// Least and greatest value.
     pub range: Option<[Bound; 2]>,
     /// All its values, in the place of a range.
@@ -88,6 +89,21 @@ pub struct VariableFile {
     pub points: Option<usize>,
     /// How far a made device is from the drawing.
     pub spread: Option<SpreadFile>,
+    /// What has one made value: the whole device (default), or each capacitor of a taxel.
+    #[serde(default)]
+    pub each: EachFile,
+}
+
+/// What has one made value of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EachFile {
+    /// The device: what a layer or a process does.
+    #[default]
+    Device,
+    /// Each capacitor of a taxel, of those keys that may be a list of them: one is independent of
+    /// the next.
+    Taxel,
 }
 
 /// Spacing of values.
@@ -137,7 +153,7 @@ pub struct AnswerFile {
     pub radius: Option<RadiusFile>,
     /// Cells of the rectangle of the elements in whose middles a contact stands: along x, y.
     pub grid: Option<[usize; 2]>,
-    /// Pressure on the whole top, for `channel_section`.
+    /// Pressure on the whole top, for `channel_section`; or the name of a variable without a key.
     pub pressure: Option<String>,
     /// Thickness of the whole sheet, for `channel_section`.
     pub thickness: Option<String>,
@@ -219,6 +235,9 @@ pub struct SweepFile {
     pub points: usize,
     /// Seed of `latin_hypercube` and of the scrambling of `sobol`.
     pub seed: u64,
+    /// Columns of the table in their order: names of variables and answers, `status`, `reason`;
+    /// without the key all.
+    pub columns: Option<Vec<String>>,
 }
 
 impl SweepFile {
@@ -235,6 +254,7 @@ impl Default for SweepFile {
             plan: String::from("grid"),
             points: 64,
             seed: 1,
+            columns: None,
         }
     }
 }

@@ -52,6 +52,17 @@ impl KeyPath {
         })
     }
 
+    /// The path of an item of the list at this one.
+    #[must_use]
+    pub fn at(&self, index: usize) -> Self {
+        let mut segments = self.segments.clone();
+        segments.push(Segment::Index(index));
+        Self {
+            text: format!("{}[{index}]", self.text),
+            segments,
+        }
+    }
+
     /// The value at this path.
     pub fn find<'a>(&self, document: &'a DocumentMut) -> Option<&'a Item> {
         self.segments
@@ -144,6 +155,25 @@ impl KeyPath {
 }
 
 impl Form {
+    /// A number, SI, with all its digits if it has more than [`Form::write`] keeps.
+    pub(crate) fn write_exactly(self, si: f64) -> (Value, f64) {
+        let short = self.write(si);
+        let Self::Quantity(dimension, unit) = self else {
+            return short;
+        };
+        let scale = dimension.unit(unit).unwrap_or(1.0);
+        let shown = if scale < 1.0 {
+            si * (1.0 / scale).round()
+        } else {
+            si / scale
+        };
+        let text = format!("{shown} {unit}");
+        match dimension.parse(&text) {
+            Ok(back) if back == si && short.1 != si => (Value::from(text), si),
+            _ => short,
+        }
+    }
+
     /// A number, SI, as this form writes it, and the number that is read back from it.
     pub fn write(self, si: f64) -> (Value, f64) {
         match self {

@@ -135,18 +135,21 @@ impl<'a> Runner<'a> {
         let (stop, progress, made) = (self.stop, self.progress, &self.made);
         let made = made.as_ref().map(|made| (made.drawn.as_ref(), made.after));
         let finished = AtomicUsize::new(self.computed);
-        let computed: Vec<Option<Row>> = missing
+        let alike = alike(study, points, &missing);
+        let computed: Vec<Vec<Option<Row>>> = alike
             .par_iter()
-            .map(|index| {
+            .map(|group| {
                 if stop() {
-                    return None;
+                    return vec![None; group.len()];
                 }
                 let drawn = made.and_then(|(drawn, after)| Some((drawn?, after)));
-                let row = study.evaluate_made(&points[*index], drawn);
-                progress(finished.fetch_add(1, Ordering::Relaxed) + 1);
-                Some(row)
+                let group: Vec<&[f64]> = group.iter().map(|at| points[*at].as_slice()).collect();
+                let rows = study.evaluate_alike(&group, drawn);
+                progress(finished.fetch_add(rows.len(), Ordering::Relaxed) + rows.len());
+                rows.into_iter().map(Some).collect()
             })
             .collect();
+        let computed = computed.into_iter().flatten();
         let mut to_keep = Vec::new();
         for (index, row) in missing.into_iter().zip(computed) {
             let Some(row) = row else { continue };
@@ -166,4 +169,22 @@ impl<'a> Runner<'a> {
         }
         Ok(rows)
     }
+}
+
+/// Neighbours among `missing` that are the same sensor under different conditions.
+fn alike(study: &Study, points: &[Vec<f64>], missing: &[usize]) -> Vec<Vec<usize>> {
+    if !study.has_conditions() {
+        return missing.iter().map(|index| vec![*index]).collect();
+    }
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut last = String::new();
+    for index in missing {
+        let (text, _) = study.text_of(&points[*index]);
+        match groups.last_mut() {
+            Some(group) if text == last => group.push(*index),
+            _ => groups.push(vec![*index]),
+        }
+        last = text;
+    }
+    groups
 }

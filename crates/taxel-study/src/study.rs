@@ -10,10 +10,12 @@ use taxel::solutions::Solutions;
 use taxel::{InputError, toml_input};
 use toml_edit::{DocumentMut, Value};
 
-use crate::answers::{Answer, Context, Outcome};
+use crate::answers::{Answer, Context, Named, Outcome, SolvedSection};
 use crate::exponents::{Exponents, NONE, quantity_of};
 use crate::expression::{Comparison, Expression, Mistake, comparison, expression, names_in};
-use crate::file::{AfterFile, Bound, PlaceFile, ScaleFile, StudyFile, SweepFile, ToleranceFile};
+use crate::file::{
+    AfterFile, Bound, EachFile, PlaceFile, ScaleFile, StudyFile, SweepFile, ToleranceFile,
+};
 use crate::keys::{Form, KeyPath, nearest, paths};
 use crate::spread::{Limit, Spread};
 
@@ -73,8 +75,8 @@ pub struct Study {
 pub struct Variable {
     /// Name.
     pub name: String,
-    /// Its key.
-    pub key: KeyPath,
+    /// Its key; none of a condition that answers name.
+    pub key: Option<KeyPath>,
     /// Its values.
     pub values: Values,
     /// Number of values on a grid.
@@ -83,6 +85,8 @@ pub struct Variable {
     pub drawn: Option<f64>,
     /// Spread of made devices.
     pub spread: Option<Spread>,
+    /// Name of the spread: capacitors of which each is made differently share one.
+    pub process: String,
 }
 
 /// Values of a variable.
@@ -168,6 +172,26 @@ impl Status {
     }
 }
 
+impl Variable {
+    /// What an answer needs to know to name it.
+    fn named(&self) -> Named<'_> {
+        Named {
+            name: &self.name,
+            keyless: self.key.is_none(),
+            exponents: self.values.form().map(exponents_of),
+            least: self
+                .values
+                .grid(2)
+                .into_iter()
+                .fold(f64::INFINITY, f64::min),
+            listed: match &self.values {
+                Values::Numbers(values, _) => values,
+                _ => &[],
+            },
+        }
+    }
+}
+
 impl Values {
     /// The value at a share of the way from the first to the last, 0 to 1.
     pub fn at(&self, share: f64) -> f64 {
@@ -250,9 +274,9 @@ impl Values {
                 let index = (value.max(0.0) as usize).min(words.len() - 1);
                 (words[index].clone(), index as f64)
             }
-            Self::Range { form, .. } | Self::Numbers(_, form) | Self::Drawn(form) => {
-                form.write(value)
-            }
+            // What is listed is written as it is listed.
+            Self::Numbers(_, form) => form.write_exactly(value),
+            Self::Range { form, .. } | Self::Drawn(form) => form.write(value),
         }
     }
 }
@@ -399,7 +423,8 @@ impl Study {
         };
         let mut base = parsed(sensor.name, sensor.text)?;
         reader.apply_set(&mut base)?;
-        let variables = reader.variables(&base)?;
+        let lists = drawn.device().map_or(&[][..], |device| device.lists());
+        let variables = reader.variables(&mut base, lists)?;
         let links = reader.links(&base, &variables)?;
         let mut study = Self {
             name: reader.written.name.clone(),
@@ -422,7 +447,7 @@ impl Study {
         };
         reader.check_keys(&study)?;
         let nominal = study.nominal_sensor().unwrap_or(drawn);
-        study.answers = reader.answers(&nominal)?;
+        study.answers = reader.answers(&nominal, &study.variables)?;
         let names = study.names();
         study.constraints = reader.constraints(&names)?;
         study.objectives = reader.objectives(&names, &study)?;
@@ -469,7 +494,9 @@ impl Study {
         let mut values = Vec::new();
         for (variable, value) in self.variables.iter().zip(point) {
             let (item, back) = variable.values.write(*value);
-            variable.key.set(&mut document, &item);
+            if let Some(key) = &variable.key {
+                key.set(&mut document, &item);
+            }
             values.push(back);
         }
         let written = values.clone();
@@ -487,8 +514,36 @@ impl Study {
         self.evaluate_made(point, None)
     }
 
+    /// True if some variables are conditions: then neighbours on a grid are the same sensor.
+    pub(crate) fn has_conditions(&self) -> bool {
+        self.variables.iter().any(|one| one.key.is_none())
+    }
+
     /// Evaluates one design, or a made device of which `drawn` is the drawing.
     pub(crate) fn evaluate_made(&self, point: &[f64], drawn: Option<(&Sensor, AfterFile)>) -> Row {
+        self.evaluate_alike(&[point], drawn).swap_remove(0)
+    }
+
+    /// Evaluates designs that are the same sensor under different conditions.
+    pub(crate) fn evaluate_alike(
+        &self,
+        points: &[&[f64]],
+        drawn: Option<(&Sensor, AfterFile)>,
+    ) -> Vec<Row> {
+        let mut known = None;
+        points
+            .iter()
+            .map(|point| self.evaluate_one(point, drawn, &mut known))
+            .collect()
+    }
+
+    /// Evaluates one design; `known` is what was computed of the same sensor before.
+    fn evaluate_one(
+        &self,
+        point: &[f64],
+        drawn: Option<(&Sensor, AfterFile)>,
+        known: &mut Option<SolvedSection>,
+    ) -> Row {
         let (text, point) = self.text_of(point);
         let failed = |status, reason: String| Row {
             point: point.clone(),
@@ -514,12 +569,15 @@ impl Study {
                 return failed(Status::Refused, format!("{key}{line}"));
             }
         };
-        let mut context = Context::new(&sensor, drawn);
+        let mut context = Context::new(&sensor, drawn, &point);
+        context.section = known.take();
         let answers: Vec<Outcome> = self
             .answers
             .iter()
             .map(|answer| answer.evaluate(&mut context))
             .collect();
+        *known = context.section.take();
+        drop(context);
         let mut status = Status::Done;
         let mut reason = String::new();
         for (answer, outcome) in self.answers.iter().zip(&answers) {
@@ -589,7 +647,7 @@ impl Study {
     /// What the result of a design follows from, beside the library: the sensor in SI, the
     /// contents of the table that it names, and the answers asked.
     pub fn content(&self, point: &[f64]) -> String {
-        let (text, _) = self.text_of(point);
+        let (text, written) = self.text_of(point);
         let resolved = text
             .parse::<DocumentMut>()
             .map_or(serde_json::Value::Null, |document| {
@@ -601,6 +659,11 @@ impl Study {
             .map(|one| one.statement.as_str())
             .collect();
         let mut content = serde_json::json!({"answers": answers, "sensor": resolved});
+        for (variable, value) in self.variables.iter().zip(&written) {
+            if variable.key.is_none() {
+                content["conditions"][&variable.name] = serde_json::Value::from(*value);
+            }
+        }
         if let Some(hash) = &self.table_hash {
             content["table"] = serde_json::Value::from(hash.as_str());
         }
@@ -677,7 +740,11 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn variables(&self, base: &DocumentMut) -> Result<Vec<Variable>, InputError> {
+    fn variables(
+        &self,
+        base: &mut DocumentMut,
+        lists: &[(&str, usize)],
+    ) -> Result<Vec<Variable>, InputError> {
         let names = self.keys(&["variables"]);
         if names.len() > MOST_VARIABLES {
             let message = format!(
@@ -686,7 +753,57 @@ impl Reader<'_> {
             );
             return Err(self.at(&["variables"], &message, "set the others with [set]"));
         }
-        names.iter().map(|name| self.variable(name, base)).collect()
+        let mut variables = Vec::with_capacity(names.len());
+        for name in &names {
+            let one = self.variable(name, base)?;
+            match self.written.variables[name].each {
+                EachFile::Device => variables.push(one),
+                EachFile::Taxel => variables.extend(self.capacitors(&one, base, lists)?),
+            }
+        }
+        Ok(variables)
+    }
+
+    /// A variable for each capacitor of a taxel; where the sensor file has one value for all of
+    /// them, `base` gets a list.
+    fn capacitors(
+        &self,
+        all: &Variable,
+        base: &mut DocumentMut,
+        lists: &[(&str, usize)],
+    ) -> Result<Vec<Variable>, InputError> {
+        let path = ["variables", all.name.as_str(), "each"];
+        if all.spread.is_none() || all.values.varies() {
+            let message = "what differs from taxel to taxel has a spread, and no range or values";
+            let help = "leave range and values out and give spread, or leave each out";
+            return Err(self.at(&path, message, help));
+        }
+        let key = all.key.as_ref();
+        let known = lists
+            .iter()
+            .find(|(list, _)| key.is_some_and(|key| *list == key.text));
+        let value = key.and_then(|key| key.find(base)?.as_value().cloned());
+        let (Some(key), Some((_, count)), Some(value)) = (key, known, value) else {
+            let names: Vec<&str> = lists.iter().map(|(key, _)| *key).collect();
+            let text = key.map_or(all.name.as_str(), |key| &key.text);
+            let message = format!("\"{text}\" has one value for all taxels");
+            let help = if names.is_empty() {
+                String::from("leave each out: the sensor file has no values of single taxels")
+            } else {
+                format!(
+                    "leave each out; values of their own have: {}",
+                    names.join(", ")
+                )
+            };
+            return Err(self.at(&path, &message, &help));
+        };
+        key.set(base, &Value::from_iter(vec![value; *count]));
+        let one = |index: usize| Variable {
+            name: format!("{}[{index}]", all.name),
+            key: Some(key.at(index)),
+            ..all.clone()
+        };
+        Ok((0..*count).map(one).collect())
     }
 
     fn variable(&self, name: &str, base: &DocumentMut) -> Result<Variable, InputError> {
@@ -703,8 +820,10 @@ impl Reader<'_> {
                 help,
             ));
         }
-        let key = self.path(&["variables", name, "key"], &written.key, base)?;
-        let drawn = key.number(base);
+        let path = |key: &String| self.path(&["variables", name, "key"], key, base);
+        let key = written.key.as_ref().map(path).transpose()?;
+        let drawn = key.as_ref().and_then(|key| key.number(base));
+        let form = |key: &Option<KeyPath>| key.as_ref().and_then(|key| key.form(base));
         let values = match (&written.range, &written.values) {
             (Some(_), Some(_)) => {
                 return at(
@@ -715,7 +834,11 @@ impl Reader<'_> {
             }
             (Some(ends), None) => self.range(name, ends, written.scale)?,
             (None, Some(values)) => self.list(name, values)?,
-            (None, None) => match (key.form(base), &written.spread) {
+            (None, None) if key.is_none() => {
+                let message = "a condition without a key has a range or values";
+                return Err(self.at(&["variables", name], message, "give key, range or values"));
+            }
+            (None, None) => match (form(&key), &written.spread) {
                 (Some(form), Some(_)) => Values::Drawn(form),
                 _ => {
                     return at(
@@ -726,7 +849,7 @@ impl Reader<'_> {
                 }
             },
         };
-        if let (Some(given), Some(form)) = (values.form(), key.form(base))
+        if let (Some(given), Some(form)) = (values.form(), form(&key))
             && exponents_of(given) != exponents_of(form)
         {
             let list = if written.range.is_some() {
@@ -748,6 +871,10 @@ impl Reader<'_> {
         }
         let spread = match &written.spread {
             None => None,
+            Some(_) if key.is_none() => {
+                let message = "a condition without a key is not made, and does not spread";
+                return at("spread", message, "leave spread out, or give key");
+            }
             Some(spread) => {
                 let Some(form) = values.form() else {
                     return at("spread", "words do not spread", "leave spread out");
@@ -766,6 +893,7 @@ impl Reader<'_> {
             points,
             drawn,
             spread,
+            process: name.to_owned(),
         })
     }
 
@@ -847,7 +975,8 @@ impl Reader<'_> {
     fn links(&self, base: &DocumentMut, variables: &[Variable]) -> Result<Vec<Link>, InputError> {
         let mut waiting = self.keys(&["links"]);
         for key in &waiting {
-            if let Some(variable) = variables.iter().find(|one| one.key.text == *key) {
+            let is_key = |one: &&Variable| one.key.as_ref().is_some_and(|own| own.text == *key);
+            if let Some(variable) = variables.iter().find(is_key) {
                 let message = format!("this key is the variable {}", variable.name);
                 return Err(self.at(&["links", key], &message, "link another key"));
             }
@@ -952,7 +1081,10 @@ impl Reader<'_> {
             };
             for value in ends {
                 base.clone_from(&study.base);
-                variable.key.set(&mut base, &variable.values.write(value).0);
+                let Some(key) = &variable.key else {
+                    continue;
+                };
+                key.set(&mut base, &variable.values.write(value).0);
                 if let Err(error) = Sensor::drawn(&study.sensor, &base.to_string()) {
                     let list = if matches!(variable.values, Values::Range { .. }) {
                         "range"
@@ -978,8 +1110,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn answers(&self, nominal: &Sensor) -> Result<Vec<Answer>, InputError> {
+    fn answers(&self, nominal: &Sensor, variables: &[Variable]) -> Result<Vec<Answer>, InputError> {
         let names = self.keys(&["answers"]);
+        let named: Vec<Named<'_>> = variables.iter().map(Variable::named).collect();
         let mut answers = Vec::new();
         for name in names {
             if self.written.variables.contains_key(&name) {
@@ -987,10 +1120,21 @@ impl Reader<'_> {
                 return Err(self.at(&["answers", &name], message, "give the answer another name"));
             }
             let written = &self.written.answers[&name];
-            let answer = Answer::read(&name, written, nominal).map_err(|wrong| {
+            let answer = Answer::read(&name, written, nominal, &named).map_err(|wrong| {
                 self.at(&["answers", &name, wrong.key], &wrong.message, &wrong.help)
             })?;
             answers.push(answer);
+        }
+        for (index, variable) in variables.iter().enumerate() {
+            let used = || answers.iter().any(|answer| answer.uses(index));
+            if variable.key.is_none() && !used() {
+                let message = "this variable has no key, and no answer names it";
+                let help = format!(
+                    "give key, or write such as pressure = \"{}\" in an answer",
+                    variable.name
+                );
+                return Err(self.at(&["variables", &variable.name], message, &help));
+            }
         }
         Ok(answers)
     }
@@ -1072,7 +1216,7 @@ impl Reader<'_> {
         for (first, second, coefficient) in &self.written.tolerance.correlation {
             let at = ["tolerance", "correlation"];
             for name in [first, second] {
-                let spreads = |one: &&Variable| one.name == *name && one.spread.is_some();
+                let spreads = |one: &&Variable| one.process == *name && one.spread.is_some();
                 if !study.variables.iter().any(|one| spreads(&one)) {
                     let message = format!("\"{name}\" is no variable with a spread");
                     return Err(self.at(&at, &message, "name two variables with spreads"));
@@ -1116,6 +1260,17 @@ impl Reader<'_> {
                 known.join(", ")
             );
             return Err(self.at(&["sweep", "plan"], &message, &help));
+        }
+        for name in study.sweep.columns.iter().flatten() {
+            let variables = study.variables.iter().map(|one| one.name.as_str());
+            let answers = study.answers.iter().map(|one| one.name.as_str());
+            let names = variables.chain(answers).chain(["status", "reason"]);
+            let names: Vec<&str> = names.collect();
+            if !names.contains(&name.as_str()) {
+                let message = format!("the table of a sweep has no column \"{name}\"");
+                let help = format!("use some of: {}", names.join(", "));
+                return Err(self.at(&["sweep", "columns"], &message, &help));
+            }
         }
         if study.answers.is_empty() && study.place.is_none() {
             let help = "add [answers.NAME] with of and quantity";

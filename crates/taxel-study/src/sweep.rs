@@ -140,6 +140,23 @@ fn listed(study: &Study, file: &str, text: &str) -> Result<Vec<Vec<f64>>, InputE
     Ok(designs)
 }
 
+/// The table of a sweep: the columns that the study names, or else all.
+pub fn table(study: &Study, rows: &[Row]) -> (Vec<Column>, Vec<Vec<Cell>>) {
+    let all = columns(study);
+    let rows = rows.iter().map(|row| cells(study, row));
+    let Some(names) = &study.sweep.columns else {
+        return (all, rows.collect());
+    };
+    let place = |name: &String| all.iter().position(|column| column.name == *name);
+    let places: Vec<usize> = names.iter().filter_map(place).collect();
+    let chosen = |row: Vec<Cell>| places.iter().map(|place| row[*place].clone()).collect();
+    let rows = rows.map(chosen).collect();
+    (
+        places.iter().map(|place| all[*place].clone()).collect(),
+        rows,
+    )
+}
+
 /// Columns of a table of designs: variables, answers, state and reason.
 pub fn columns(study: &Study) -> Vec<Column> {
     let variables = study.variables.iter().map(variable_column);

@@ -152,6 +152,82 @@ fn every_mistake_of_what_is_asked_is_marked_under_the_word() {
         "a capacitance is needed here",
     );
     wrong("scale = \"log\"", "scale = \"cubic\"", "\"cubic\"", "log");
+    wrong(
+        "scale = \"log\"",
+        "each = \"taxel\"",
+        "\"taxel\"",
+        "no range or values",
+    );
+    wrong(
+        "range = [\"20 um\", \"100 um\"]\nscale = \"log\"",
+        "spread = { normal = \"1 um\" }\neach = \"taxel\"",
+        "\"taxel\"",
+        "one value for all taxels",
+    );
+}
+
+#[test]
+fn mistakes_of_conditions_are_told() {
+    let with = |variable: &str, pressure: &str, sweep: &str| {
+        let text = format!(
+            "schema = 2\nname = \"s\"\nsensor = \"liquid-metal-2x4\"\n\
+             [variables.load]\n{variable}\n\
+             [answers.change]\nof = \"channel_section\"\nquantity = \"change\"\n\
+             pressure = {pressure}\nthickness = \"500 um\"\n[sweep]\n{sweep}\n"
+        );
+        read(&text).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let values = "values = [\"25 kPa\", \"50 kPa\"]";
+    assert_eq!(
+        with(values, "\"load\"", "columns = [\"load\", \"change\"]"),
+        Ok(())
+    );
+    for (variable, pressure, sweep, says) in [
+        (values, "\"25 kPa\"", "", "no answer names it"),
+        (
+            "values = [\"25 um\"]",
+            "\"load\"",
+            "",
+            "load is not a stress",
+        ),
+        (
+            "values = [\"0 kPa\"]",
+            "\"load\"",
+            "",
+            "not above zero everywhere",
+        ),
+        (
+            "spread = { normal = \"1 kPa\" }",
+            "\"load\"",
+            "",
+            "has a range or values",
+        ),
+        (
+            "values = [\"25 kPa\"]\nspread = { normal = \"1 kPa\" }",
+            "\"load\"",
+            "",
+            "does not spread",
+        ),
+        (
+            "key = \"element.microchannel.base\"\nvalues = [\"90 um\"]",
+            "\"load\"",
+            "",
+            "has a key of its own",
+        ),
+        (values, "\"lode\"", "", "or name a variable without a key"),
+        (
+            values,
+            "\"load\"",
+            "columns = [\"changes\"]",
+            "no column \"changes\"",
+        ),
+    ] {
+        let error = with(variable, pressure, sweep).unwrap_err();
+        assert!(
+            error.contains(says),
+            "{variable} {pressure} {sweep}: {error}"
+        );
+    }
 }
 
 #[test]

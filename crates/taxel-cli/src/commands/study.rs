@@ -185,12 +185,14 @@ pub(crate) fn about(study: &Study, seed: u64) -> Map<String, Value> {
 /// The table of designs.
 pub(crate) fn table_of(study: &Study, format: Format, seed: u64, rows: &[Row]) -> String {
     let cells: Vec<_> = rows.iter().map(|row| sweep::cells(study, row)).collect();
-    table::render(
-        format.into(),
-        &about(study, seed),
-        &sweep::columns(study),
-        &cells,
-    )
+    let columns = sweep::columns(study);
+    table::render(format.into(), &about(study, seed), &columns, &cells)
+}
+
+/// The table of a sweep.
+pub(crate) fn sweep_of(study: &Study, format: Format, seed: u64, rows: &[Row]) -> String {
+    let (columns, cells) = sweep::table(study, rows);
+    table::render(format.into(), &about(study, seed), &columns, &cells)
 }
 
 /// Writes a figure, on a page with its table where the name ends in .html.

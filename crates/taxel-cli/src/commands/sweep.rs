@@ -113,14 +113,14 @@ fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
         return Ok(Done::WithLosses);
     }
     let seed = read.sweep.seed;
-    let answer = study::table_of(&read, arguments.format, seed, &rows);
+    let answer = study::sweep_of(&read, arguments.format, seed, &rows);
     outputs::write(arguments.output.as_deref(), existing, &answer)?;
     study::plot(
         arguments.plot.as_ref(),
         existing,
         &read.name,
         || figures::sweep(&read, &rows),
-        || study::table_of(&read, Format::Table, seed, &rows),
+        || study::sweep_of(&read, Format::Table, seed, &rows),
     )?;
     study::tell_reasons(&rows);
     if missing > 0 {

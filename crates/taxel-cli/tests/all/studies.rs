@@ -219,25 +219,42 @@ fn devices_of_a_tolerance_analysis_that_is_ended_are_kept() {
     assert!(blocks() > after);
 }
 
-#[test]
-fn an_optimiser_goes_on_by_replay() {
-    let folder = Folder::new("replay");
+/// An optimiser that is killed again and again, at other times of its way, ends with the bytes of an
+/// undisturbed one.
+fn replayed(kills: u64) {
+    let folder = Folder::new(&format!("replay-{kills}"));
     let (study, store) = (study(&folder), folder.path("store"));
     let text = format!("{STUDY}[optimize]\nevaluations = 400\npopulation = 20\n");
     fs::write(&study, text).unwrap();
     let undisturbed = done(&["optimize", &study]);
-    for wait in [60, 120, 200] {
+    for kill in 0..kills {
         let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
             .args(["optimize", &study, "--store", &store])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        std::thread::sleep(Duration::from_millis(wait));
+        std::thread::sleep(Duration::from_millis(60 + 67 * kill % 150));
         let _ = child.kill();
         child.wait().unwrap();
     }
-    assert_eq!(done(&["optimize", &study, "--store", &store]), undisturbed);
+    assert_eq!(
+        done(&["optimize", &study, "--store", &store]),
+        undisturbed,
+        "{} blocks",
+        blocks(&store).len()
+    );
+}
+
+#[test]
+fn an_optimiser_goes_on_by_replay() {
+    replayed(3);
+}
+
+#[test]
+#[ignore = "seconds: cargo test -p taxel-cli --test studies -- --ignored replay"]
+fn an_optimiser_killed_ten_times_goes_on_by_replay() {
+    replayed(10);
 }
 
 /// Output of a part whose number comes from the environment.

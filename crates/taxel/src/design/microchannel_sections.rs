@@ -78,7 +78,7 @@ pub fn sweep(
     pitch: f64,
     progress: &(dyn Fn(f64, &SectionRow) -> bool + Sync),
 ) -> Vec<SectionRow> {
-    let covers = sections.covers.values();
+    let (covers, pressures) = (sections.covers.values(), sections.pressures.values());
     let designs: Vec<(f64, f64)> = sections
         .heights
         .values()
@@ -94,7 +94,13 @@ pub fn sweep(
             if stop.lock().is_ok_and(|stop| *stop) {
                 return None;
             }
-            let row = solve(sections, element, pitch, height, cover);
+            let drawn = DrawnSection {
+                height,
+                cover,
+                thickness: sections.thickness,
+                pitch,
+            };
+            let row = solve_section(element, drawn, &pressures);
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if !progress(count as f64 / designs.len() as f64, &row)
                 && let Ok(mut stop) = stop.lock()
@@ -108,13 +114,28 @@ pub fn sweep(
     rows.into_iter().map(|(_, row)| row).collect()
 }
 
-fn solve(
-    sections: &MicrochannelSections,
-    element: &Microchannel,
-    pitch: f64,
-    height: f64,
-    cover: f64,
-) -> SectionRow {
+/// Lengths of one section, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnSection {
+    /// Height of the microchannel.
+    pub height: f64,
+    /// Solid above it.
+    pub cover: f64,
+    /// Thickness of the whole sheet.
+    pub thickness: f64,
+    /// From one microchannel to the next.
+    pub pitch: f64,
+}
+
+/// Solves one section under one pressure, Pa, after the other; width, solid and liquid are those of
+/// `element`.
+pub fn solve_section(element: &Microchannel, drawn: DrawnSection, pressures: &[f64]) -> SectionRow {
+    let DrawnSection {
+        height,
+        cover,
+        thickness,
+        pitch,
+    } = drawn;
     let shape = element.section.shape;
     let cell = void_cell(&CellGeometry {
         section: MicrochannelSection {
@@ -122,7 +143,7 @@ fn solve(
             ..element.section()
         },
         roof: cover,
-        thickness: sections.thickness,
+        thickness,
         pitch,
     });
     let mut row = SectionRow {
@@ -137,7 +158,6 @@ fn solve(
         ));
         return row;
     }
-    let pressures = sections.pressures.values();
     let filling = fillings(&element.liquid.pressure);
     let mut study = match void_study(&cell, shape, solids(&element.material), &filling) {
         Ok(study) => study,
@@ -146,7 +166,7 @@ fn solve(
             return row;
         }
     };
-    for &pressure in &pressures {
+    for &pressure in pressures {
         if row.ended.is_none() {
             match study.press(pressure) {
                 Ok(closure) => {

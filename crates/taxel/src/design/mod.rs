@@ -12,7 +12,8 @@ use taxel_recording::InputError;
 
 pub use heat_map::{HeatMap, MapCell};
 pub use microchannel_sections::{
-    SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, sweep,
+    DrawnSection, SectionAnswer, SectionRow, SectionState, cells, columns, heat_map, solve_section,
+    sweep,
 };
 
 /// Shipped studies: name and text.

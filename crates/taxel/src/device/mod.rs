@@ -178,6 +178,12 @@ pub trait Device {
         None
     }
 
+    /// Keys of the sensor file that may have a value for each capacitor of a taxel in the place of
+    /// one for all, with the number of these.
+    fn lists(&self) -> &'static [(&'static str, usize)] {
+        &[]
+    }
+
     /// The way by finite elements of the drawing as a table; `program` is what makes it, `progress`
     /// hears the fraction.
     ///

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::{Load, LoadColumn, LoadKind, LoadValue};
+use super::{Load, LoadColumn, LoadKind, LoadValue, Source};
 use crate::quantity::HELP;
 use taxel_recording::InputError;
 
@@ -15,12 +15,36 @@ const FEW: usize = 4096;
 pub struct Loads {
     /// Columns that the table names.
     pub given: Given,
-    /// Line of each load in the file, from 1.
+    /// Number of loads.
+    count: usize,
+    /// Line of each load in the file, from 1; none of loads that are in no file.
     lines: Vec<usize>,
-    /// A value or none for each load column of the device, load after load.
-    values: Vec<Option<LoadValue>>,
+    /// Values of each load column of the device.
+    columns: Vec<Values>,
     /// Fields of the other columns, load after load.
     others: Vec<String>,
+}
+
+/// Values of one load column. A million loads of a program stay as small as it gave them.
+#[derive(Debug, Clone, PartialEq)]
+enum Values {
+    /// The same for all loads; none of a column that is not given.
+    All(Option<LoadValue>),
+    /// A number for each load, SI.
+    Numbers(Vec<f64>),
+    /// A value or none for each load.
+    Each(Vec<Option<LoadValue>>),
+}
+
+impl Values {
+    #[inline]
+    fn at(&self, load: usize) -> Option<LoadValue> {
+        match self {
+            Self::All(value) => *value,
+            Self::Numbers(numbers) => Some(LoadValue::Number(numbers[load])),
+            Self::Each(values) => values[load],
+        }
+    }
 }
 
 /// Columns that a table of loads names.
@@ -64,11 +88,15 @@ impl Loads {
         let given = Given::new(&header, &places, columns.len());
         let lines = text.bytes().filter(|byte| *byte == b'\n').count();
         let mut loads = Self {
+            count: 0,
             lines: Vec::with_capacity(lines),
-            values: Vec::with_capacity(lines * columns.len()),
+            columns: vec![Values::All(None); columns.len()],
             others: Vec::with_capacity(lines * given.others.len()),
             given,
         };
+        for place in places.iter().flatten() {
+            loads.columns[place.load] = Values::Each(Vec::with_capacity(lines));
+        }
         let mut record = csv::StringRecord::new();
         while reader
             .read_record(&mut record)
@@ -109,8 +137,9 @@ impl Loads {
                 columns: values.iter().map(Option::is_some).collect(),
                 others: Vec::new(),
             },
-            lines: vec![1],
-            values,
+            count: 1,
+            lines: Vec::new(),
+            columns: values.into_iter().map(Values::All).collect(),
             others: Vec::new(),
         })
     }
@@ -160,8 +189,9 @@ impl Loads {
                 columns: vec![false; width],
                 others: Vec::new(),
             },
-            lines: (1..=count).collect(),
-            values: vec![None; count * width],
+            count,
+            lines: Vec::new(),
+            columns: vec![Values::All(None); width],
             others: Vec::new(),
         };
         for (key, values) in given {
@@ -176,48 +206,50 @@ impl Loads {
                 let message = format!("{} is given twice", columns[index].name);
                 return wrong(key, message, "leave one of them out");
             }
-            let kind = columns[index].kind;
-            let read = |(row, load): (usize, &mut [Option<LoadValue>])| match values.read(row, kind)
-            {
-                Ok(value) => {
-                    load[index] = Some(value);
-                    None
-                }
-                Err(message) => Some((row, message)),
-            };
-            let wrong = if count > FEW {
-                let rows = loads.values.par_chunks_mut(width).with_min_len(FEW);
-                rows.enumerate().find_map_first(read)
-            } else {
-                loads.values.chunks_mut(width).enumerate().find_map(read)
-            };
-            if let Some((row, message)) = wrong {
-                let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
+            loads.columns[index] = values.read(columns[index].kind).map_err(|mistake| {
+                let (message, help) = mistake
+                    .message
+                    .split_once(HELP)
+                    .unwrap_or((&mistake.message, ""));
                 let place = match values.len() {
-                    Some(_) => format!("value {row}: "),
+                    Some(_) => format!("value {}: ", mistake.row),
                     None => String::new(),
                 };
                 let message = format!("{place}{}", message.trim_end());
-                return Err(InputError::whole(name, message).key(*key).help(help.trim()));
-            }
+                InputError::whole(name, message).key(*key).help(help.trim())
+            })?;
         }
         Ok(loads)
     }
 
     /// Number of loads.
     pub fn len(&self) -> usize {
-        self.lines.len()
+        self.count
     }
 
     /// True if there is no load.
     pub fn is_empty(&self) -> bool {
-        self.lines.is_empty()
+        self.count == 0
     }
 
     /// A load.
+    ///
+    /// # Panics
+    /// If `index` is not below [`Self::len`].
     pub fn load(&self, index: usize) -> Load<'_> {
-        let width = self.given.columns.len();
-        Load(&self.values[index * width..(index + 1) * width])
+        assert!(index < self.count, "load {index} of {}", self.count);
+        Load(Source::Row(self, index))
+    }
+
+    /// The value of the load at `index` in this load column.
+    #[inline]
+    pub(super) fn value(&self, index: usize, column: usize) -> Option<LoadValue> {
+        self.columns.get(column)?.at(index)
+    }
+
+    /// Number of load columns of the device.
+    pub(super) fn width(&self) -> usize {
+        self.columns.len()
     }
 
     /// Fields of the columns that are passed on.
@@ -226,9 +258,9 @@ impl Loads {
         &self.others[index * width..(index + 1) * width]
     }
 
-    /// Line of a load in its file, from 1.
+    /// Line of a load in its file, from 1; of loads that are in no file their number.
     pub fn line(&self, index: usize) -> usize {
-        self.lines[index]
+        self.lines.get(index).copied().unwrap_or(index + 1)
     }
 }
 
@@ -255,31 +287,104 @@ impl GivenValues<'_> {
         }
     }
 
-    fn read(&self, row: usize, kind: LoadKind) -> Result<LoadValue, String> {
-        let number = match self {
-            Self::Text(text) => return parse(kind, text.trim(), None),
-            Self::Texts(texts) => return parse(kind, texts[row].trim(), None),
-            Self::Number(number) => *number,
-            Self::Numbers(numbers) => numbers[row],
-        };
-        let ([low, high], unit) = match kind {
-            LoadKind::Quantity(dimension, range) => (range, dimension.si),
-            LoadKind::Number(range) => (range, ""),
-            // It says which words there are.
-            LoadKind::Word(_) => return parse(kind, &number.to_string(), None),
-        };
-        if (low..=high).contains(&number) {
-            return Ok(LoadValue::Number(number));
-        }
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(" {unit}")
-        };
-        Err(format!(
-            "{number} is out of range: must be from {low} to {high}{unit}{HELP}correct or remove it"
-        ))
+    fn read(&self, kind: LoadKind) -> Result<Values, Mistake> {
+        let at = |row| move |message| Mistake { row, message };
+        Ok(match self {
+            Self::Text(text) => {
+                let value = parse(kind, text.trim(), None);
+                Values::All(Some(value.map_err(at(0))?))
+            }
+            Self::Number(number) => Values::All(Some(value_of(*number, kind).map_err(at(0))?)),
+            Self::Texts(texts) => {
+                let one = |(row, text): (usize, &String)| {
+                    parse(kind, text.trim(), None).map(Some).map_err(at(row))
+                };
+                Values::Each(
+                    texts
+                        .iter()
+                        .enumerate()
+                        .map(one)
+                        .collect::<Result<_, _>>()?,
+                )
+            }
+            // A word is no number, unless one is written like it.
+            Self::Numbers(numbers) if matches!(kind, LoadKind::Word(_)) => {
+                let one = |(row, number): (usize, &f64)| {
+                    value_of(*number, kind).map(Some).map_err(at(row))
+                };
+                Values::Each(
+                    numbers
+                        .iter()
+                        .enumerate()
+                        .map(one)
+                        .collect::<Result<_, _>>()?,
+                )
+            }
+            Self::Numbers(numbers) => {
+                let wrong =
+                    |(row, number): (usize, &f64)| Some((row, value_of(*number, kind).err()?));
+                let first_wrong = |numbers: &[f64]| numbers.iter().enumerate().find_map(wrong);
+                // Whole pieces are seldom wrong, and quickly compared.
+                let pieces = numbers.par_chunks(FEW).enumerate();
+                let found = pieces.find_map_first(|(piece, numbers)| {
+                    if kind.all_within(numbers) {
+                        return None;
+                    }
+                    first_wrong(numbers).map(|(row, message)| (piece * FEW + row, message))
+                });
+                if let Some((row, message)) = found {
+                    return Err(Mistake { row, message });
+                }
+                // Fresh memory is filled by all cores, too.
+                Values::Numbers(if numbers.len() > FEW {
+                    numbers.par_iter().copied().collect()
+                } else {
+                    numbers.to_vec()
+                })
+            }
+        })
     }
+}
+
+/// What is wrong in a column of values that a program gives.
+struct Mistake {
+    row: usize,
+    message: String,
+}
+
+impl LoadKind {
+    /// True if all of these are numbers that a load of this kind may have.
+    fn all_within(self, numbers: &[f64]) -> bool {
+        let [low, high] = match self {
+            Self::Quantity(_, range) | Self::Number(range) => range,
+            Self::Word(_) => return false,
+        };
+        // Counted, without an early end, the comparisons go side by side.
+        let within = |number: &&f64| (low..=high).contains(*number);
+        numbers.iter().filter(within).count() == numbers.len()
+    }
+}
+
+/// A number of a program as a value of this kind.
+#[inline]
+fn value_of(number: f64, kind: LoadKind) -> Result<LoadValue, String> {
+    let ([low, high], unit) = match kind {
+        LoadKind::Quantity(dimension, range) => (range, dimension.si),
+        LoadKind::Number(range) => (range, ""),
+        // It says which words there are.
+        LoadKind::Word(_) => return parse(kind, &number.to_string(), None),
+    };
+    if (low..=high).contains(&number) {
+        return Ok(LoadValue::Number(number));
+    }
+    let unit = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {unit}")
+    };
+    Err(format!(
+        "{number} is out of range: must be from {low} to {high}{unit}{HELP}correct or remove it"
+    ))
 }
 
 impl Given {
@@ -538,24 +643,26 @@ impl Row<'_> {
         places: &[Option<Found>],
         loads: &mut Loads,
     ) -> Result<(), InputError> {
-        let first = loads.values.len();
-        loads.values.resize(first + columns.len(), None);
         for (at, (field, place)) in record.iter().zip(places).enumerate() {
             let field = field.trim();
             match place {
                 None => loads.others.push(field.to_owned()),
-                // What a table leaves open is not given in this row.
-                Some(place) if field.is_empty() && !columns[place.load].required => (),
                 Some(place) => {
-                    let value = parse(columns[place.load].kind, field, place.unit);
-                    loads.values[first + place.load] = Some(value.map_err(|message| {
+                    // What a table leaves open is not given in this row.
+                    let open = field.is_empty() && !columns[place.load].required;
+                    let read = || parse(columns[place.load].kind, field, place.unit);
+                    let value = (!open).then(read).transpose().map_err(|message| {
                         let (message, help) = message.split_once(HELP).unwrap_or((&message, ""));
                         self.error(at, message.trim_end()).help(help.trim())
-                    })?);
+                    })?;
+                    if let Values::Each(values) = &mut loads.columns[place.load] {
+                        values.push(value);
+                    }
                 }
             }
         }
         loads.lines.push(self.line);
+        loads.count += 1;
         Ok(())
     }
 

@@ -135,23 +135,66 @@ pub enum LoadValue {
 
 /// One load: a value or none for each of [`Predictor::load_columns`].
 #[derive(Debug, Clone, Copy)]
-pub struct Load<'a>(pub &'a [Option<LoadValue>]);
+pub struct Load<'a>(Source<'a>);
 
-impl Load<'_> {
+/// Where the values of a load stand.
+#[derive(Debug, Clone, Copy)]
+enum Source<'a> {
+    Values(&'a [Option<LoadValue>]),
+    Row(&'a Loads, usize),
+}
+
+impl<'a> Load<'a> {
+    /// The load of these values.
+    pub fn of(values: &'a [Option<LoadValue>]) -> Self {
+        Self(Source::Values(values))
+    }
+
+    /// The value in column `index`.
+    #[inline]
+    pub fn value(&self, index: usize) -> Option<LoadValue> {
+        match self.0 {
+            Source::Values(values) => *values.get(index)?,
+            Source::Row(loads, row) => loads.value(row, index),
+        }
+    }
+
     /// The number in column `index`, SI.
+    #[inline]
     pub fn number(&self, index: usize) -> Option<f64> {
-        match self.0.get(index) {
-            Some(Some(LoadValue::Number(value))) => Some(*value),
-            _ => None,
+        match self.value(index)? {
+            LoadValue::Number(value) => Some(value),
+            LoadValue::Word(_) => None,
         }
     }
 
     /// The index of the word in column `index`.
     pub fn word(&self, index: usize) -> Option<usize> {
-        match self.0.get(index) {
-            Some(Some(LoadValue::Word(word))) => Some(*word),
-            _ => None,
+        match self.value(index)? {
+            LoadValue::Word(word) => Some(word),
+            LoadValue::Number(_) => None,
         }
+    }
+
+    /// All values.
+    pub fn values(&self) -> impl Iterator<Item = Option<LoadValue>> {
+        let width = match self.0 {
+            Source::Values(values) => values.len(),
+            Source::Row(loads, _) => loads.width(),
+        };
+        let load = *self;
+        (0..width).map(move |index| load.value(index))
+    }
+
+    /// The values with those that are the size of the load for `predictor` at `share` of it.
+    pub fn scaled(&self, predictor: &dyn Predictor, share: f64) -> Vec<Option<LoadValue>> {
+        let scaled = |(column, value)| match value {
+            Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
+                Some(LoadValue::Number(share * number))
+            }
+            other => other,
+        };
+        self.values().enumerate().map(scaled).collect()
     }
 }
 
@@ -210,7 +253,8 @@ pub fn figure(
         .collect::<Result<_, _>>()?;
     let way: Vec<_> = match single {
         Some(load) => (0..=CURVE_STEPS)
-            .map(|step| answer(&Load(&scaled(predictor, load.0, step))))
+            .map(|step| step as f64 / CURVE_STEPS as f64)
+            .map(|share| answer(&Load::of(&load.scaled(predictor, share))))
             .collect::<Result<_, _>>()?,
         None => Vec::new(),
     };
@@ -243,24 +287,6 @@ pub fn figure(
         charts,
         caption: String::new(),
     })
-}
-
-/// `load` with its numbers at `step` of the way from zero.
-fn scaled(
-    predictor: &dyn Predictor,
-    load: &[Option<LoadValue>],
-    step: usize,
-) -> Vec<Option<LoadValue>> {
-    let share = step as f64 / CURVE_STEPS as f64;
-    load.iter()
-        .enumerate()
-        .map(|(column, value)| match value {
-            Some(LoadValue::Number(number)) if predictor.scales_with_load(column) => {
-                Some(LoadValue::Number(share * number))
-            }
-            other => *other,
-        })
-        .collect()
 }
 
 fn empty(curve: &Curve, columns: &[Column]) -> Chart {

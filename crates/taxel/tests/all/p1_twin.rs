@@ -373,7 +373,7 @@ fn the_table_of_answers_has_a_cell_for_every_column() {
                 let mut load = [None; 4];
                 load[column] = Some(LoadValue::Number(value));
                 let mut row = Vec::new();
-                predictor.answer(&Load(&load), &mut row).unwrap();
+                predictor.answer(&Load::of(&load), &mut row).unwrap();
                 assert_eq!(row.len(), predictor.columns().len());
                 let finite = row.iter().all(|cell| match cell {
                     Cell::Number(number) => number.is_finite(),
@@ -385,7 +385,9 @@ fn the_table_of_answers_has_a_cell_for_every_column() {
             for refused in [0.77, 0.9999, 1.0] {
                 let mut load = [None; 4];
                 load[1] = Some(LoadValue::Number(refused));
-                let error = predictor.answer(&Load(&load), &mut Vec::new()).unwrap_err();
+                let error = predictor
+                    .answer(&Load::of(&load), &mut Vec::new())
+                    .unwrap_err();
                 assert_eq!(error.column, 1);
             }
         }

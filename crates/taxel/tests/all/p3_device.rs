@@ -178,7 +178,7 @@ fn loads_without_meaning_are_refused_at_their_column() {
     let predictor = PiezoelectricPredictor::new(&sensor.piezoelectric().unwrap());
     let number = |value| Some(LoadValue::Number(value));
     let refused = |values: [Option<LoadValue>; 7]| {
-        let error = predictor.answer(&Load(&values), &mut Vec::new());
+        let error = predictor.answer(&Load::of(&values), &mut Vec::new());
         predictor.load_columns()[error.unwrap_err().column].name
     };
     let step = Some(LoadValue::Word(0));
@@ -204,11 +204,11 @@ fn loads_without_meaning_are_refused_at_their_column() {
     );
     let mut row = Vec::new();
     let good = [cyclic, none, number(5.0), ramp, none, period, number(3.0)];
-    predictor.answer(&Load(&good), &mut row).unwrap();
+    predictor.answer(&Load::of(&good), &mut row).unwrap();
     assert_eq!(row.len(), predictor.columns().len());
     // 5 N would give far more than 3 V.
     assert!(format!("{:?}", row.last().unwrap()).contains("clipped"));
-    let figure = predictor.history(&Load(&good)).unwrap();
+    let figure = predictor.history(&Load::of(&good)).unwrap();
     assert_eq!(figure.charts.len(), 2);
     for point in figure.charts[1]
         .series

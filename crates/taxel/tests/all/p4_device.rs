@@ -169,7 +169,7 @@ fn every_answer_is_a_number_or_a_word() {
                 Some(LoadValue::Number(share)),
             ];
             let mut row = Vec::new();
-            predictor.answer(&Load(&load), &mut row).unwrap();
+            predictor.answer(&Load::of(&load), &mut row).unwrap();
             for (cell, column) in row.iter().zip(predictor.columns()) {
                 if let Cell::Number(value) = cell {
                     assert!(value.is_finite(), "{} at {pressure} Pa", column.name);

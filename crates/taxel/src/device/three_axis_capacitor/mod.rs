@@ -162,6 +162,16 @@ impl Device for ThreeAxisArray<'_> {
         Some(Box::new(predictor))
     }
 
+    fn lists(&self) -> &'static [(&'static str, usize)] {
+        &[
+            ("element.three_axis_capacitor.plates.air_gap", 4),
+            (
+                "element.three_axis_capacitor.plates.parallel_capacitance",
+                4,
+            ),
+        ]
+    }
+
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(ThreeAxisPredictor::new(self)))
     }
