@@ -6,6 +6,7 @@ pub mod failure;
 pub mod iterative;
 pub mod linear;
 mod memory;
+mod neighbours;
 pub mod newton;
 mod reasons;
 mod settings;

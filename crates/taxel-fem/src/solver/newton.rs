@@ -1,9 +1,9 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
-use super::designs::Neighbours;
 use super::failure::{Failure, Reason};
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
 use super::memory::{Times, held, remember};
+use super::neighbours::Neighbours;
 pub use super::settings::{Continue, Settings, Step};
 use super::small::{axpy, dot, solve_small};
 use crate::assembly::contact::ContactProbe;

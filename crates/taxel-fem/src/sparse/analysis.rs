@@ -4,7 +4,6 @@
 use std::ops::Range;
 
 use super::Pattern;
-use super::fronts::PANEL;
 use super::tiles::SIDE;
 
 /// Unknowns that are eliminated together, with the rows that they act on.
@@ -213,6 +212,9 @@ impl Analysis {
 
 /// Work of all fronts from which on branches are shared among threads: about 5 ms.
 const WORTH: f64 = 1e7;
+/// Strips that one thread eliminates before all threads solve the rows below with them; a
+/// multiple of three.
+pub(super) const PANEL: usize = 18;
 /// Branches for each thread, at most.
 const BRANCHES: usize = 8;
 /// No branch of a smaller share of all work is divided.

@@ -10,7 +10,7 @@ use pulp::{Simd, WithSimd};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::Pattern;
-use super::analysis::{Analysis, Front, Part, triangle};
+use super::analysis::{Analysis, Front, PANEL, Part, triangle};
 use super::tiles::{self, EMPTY, SIDE, Tile, ZERO};
 use crate::scalar::Lanes;
 
@@ -283,7 +283,7 @@ impl Work {
                 parts: &mut parts,
                 triangles: &mut self.triangles,
                 top: &mut *top,
-                panel,
+                strips: panel,
             });
             if !positive {
                 return false;
@@ -333,7 +333,7 @@ struct Panel<'a, 'p> {
     parts: &'a mut Parts<'p>,
     triangles: &'a mut [Tile],
     top: &'a mut [Lanes],
-    panel: Range<usize>,
+    strips: Range<usize>,
 }
 
 impl WithSimd for Panel<'_, '_> {
@@ -341,7 +341,7 @@ impl WithSimd for Panel<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         self.parts
-            .eliminate(simd, self.top, self.triangles, self.panel)
+            .eliminate(simd, self.top, self.triangles, self.strips)
     }
 }
 
@@ -380,8 +380,6 @@ impl WithSimd for Rows<'_> {
 
 /// Strips of rows that one thread takes at least.
 const STRIPS: usize = 12;
-/// Strips that one thread eliminates before all threads solve the rows below with them.
-pub(super) const PANEL: usize = 18;
 
 fn solve_shared(
     known: &[Lanes],

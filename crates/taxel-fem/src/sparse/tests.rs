@@ -299,7 +299,7 @@ fn any_number_of_threads_gives_the_same_factor() {
         assert!(factor.analysis.branches.len() > 1);
         assert_eq!(solved(&mut factor, &values), one);
         // Among other cases it is one thread's.
-        let (there, _) = rayon::join(|| solved(&mut factor, &values), || ());
+        let (there, ()) = rayon::join(|| solved(&mut factor, &values), || ());
         assert_eq!(there, one);
         // A pivot in a branch, and one above.
         for column in [100, n - 1] {
