@@ -12,7 +12,7 @@ use taxel_fem::problem::{
     Problem, ProblemError, Quantity, Rule, Shape,
 };
 use taxel_fem::solver::failure::Reason;
-use taxel_fem::solver::newton::{Continue, Solver};
+use taxel_fem::solver::newton::{Continue, Multipliers, Solver};
 
 const RUBBER: Material = Material::incompressible(Law::MooneyRivlin { c10: 0.5, c01: 0.0 });
 
@@ -472,13 +472,14 @@ fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<Str
         surface: problem.surface("top").unwrap(),
         shape,
         travel: Some(([0.0, -1.0, 0.0], travel)),
-        stiffness: 50.0 / size,
+        stiffness: 200.0 / size,
         friction: 0.0,
         overlap_limit: 1e-3 * size,
     }));
     let mut solver = Solver::new(problem).unwrap();
     solver.settings.first_step = 0.02;
     solver.settings.stable = false;
+    solver.settings.multipliers = Multipliers::Corners;
     let ended = solver.load_to(&[depth], |_, _| Continue::Yes);
     (
         solver,
@@ -489,13 +490,12 @@ fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<Str
 #[test]
 fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_mesh() {
     let force = |size: f64| {
-        let (mut solver, ended) = pressed_layer(Presses::Ball, size, 0.39);
+        let (mut solver, ended) = pressed_layer(Presses::Ball, size, 0.5);
         assert_eq!(ended, None, "{size}");
-        assert!(solver.least_volume_ratio().unwrap().ratio > 0.3);
         solver.evaluate().unwrap().along[0]
     };
     let (coarse, fine) = (force(0.1), force(0.05));
-    assert!((coarse / fine - 1.0).abs() < 0.01, "{coarse} {fine}");
+    assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} {fine}");
 }
 
 /// `cargo test -p taxel-fem --test behaviour how_far -- --ignored --nocapture`
@@ -504,7 +504,7 @@ fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_m
 #[allow(clippy::print_stdout)]
 fn how_far_a_bonded_layer_is_pressed() {
     let cases = [
-        (Presses::Ball, [0.1, 0.05, 0.025, 0.0125].as_slice(), 0.4),
+        (Presses::Ball, [0.1, 0.05, 0.025].as_slice(), 0.5),
         (Presses::Punch, &[0.05, 0.0125, 0.006], 0.17),
     ];
     for (presses, sizes, least) in cases {
@@ -690,4 +690,35 @@ fn a_surface_keeps_a_mean_displacement() {
     }
     let lowest = free.iter().map(|&node| moved[node as usize][1]);
     assert!(lowest.fold(0.0, f64::min) < -0.11);
+}
+
+#[test]
+fn a_point_that_comes_to_touch_rubs_from_where_it_was() {
+    // A rough bar pressed obliquely into a block. In two steps its pull was half of that in many
+    // (0.118 for 0.230), while friction began at the end of the step in which a point touches.
+    let pull = |steps: f64| {
+        let mut problem = rectangle([4.0, 1.0], [16, 4]);
+        problem.materials[0] =
+            Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(10.0)).unwrap();
+        problem.clamp("bottom").unwrap();
+        let by = problem.parameter("by", Rule::Given);
+        problem.contacts.push(Contact::Obstacle(Obstacle {
+            surface: problem.surface("top").unwrap(),
+            shape: Shape::Sphere {
+                centre: [2.0, 2.0, 0.0],
+                radius: 1.0,
+            },
+            travel: Some(([0.5, -1.0, 0.0], by)),
+            stiffness: 200.0,
+            friction: 0.5,
+            overlap_limit: 2.5e-5,
+        }));
+        let mut solver = Solver::new(problem).unwrap();
+        solver.settings.first_step = 1.0 / steps;
+        solver.settings.largest_step = 1.0 / steps;
+        solver.load_to(&[0.2], |_, _| Continue::Yes).unwrap();
+        solver.contact(0).force()[0]
+    };
+    let (few, many) = (pull(2.0), pull(24.0));
+    assert!((few / many - 1.0).abs() < 0.03, "{few} {many}");
 }

@@ -6,7 +6,7 @@ use taxel_fem::mesh::{Axis, Grid2, Mesh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
     Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Problem, ProblemError,
-    RigidBody, Rule, Shape,
+    RigidBody, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -339,4 +339,51 @@ fn a_rigid_body_that_may_turn_with_the_whole_is_named() {
     plate.turn[2] = Motion::Fixed;
     problem.rigid_bodies.push(plate);
     problem.check().unwrap();
+}
+
+#[test]
+fn a_surface_that_leaps_over_the_reach_of_its_contact_is_named() {
+    // A block that is carried 0.3 aside in one step, over another one that looks 0.1 far.
+    let axis = |from: f64, to: f64, cells| Axis::uniform(from, to, cells).unwrap();
+    let lower = Grid2::new([axis(0.0, 3.0, 6), axis(0.0, 1.0, 2)], "rubber")
+        .mesh()
+        .unwrap();
+    let upper = Grid2::new([axis(0.0, 1.0, 2), axis(1.0, 2.0, 2)], "rubber")
+        .mesh()
+        .unwrap();
+    let mesh = Mesh::joined(&[("lower", &lower), ("upper", &upper)], |_| false);
+    let carried = |smallest_step: f64| {
+        let mut problem = Problem::new(mesh.clone(), Kinematics::PlaneStrain).unwrap();
+        problem.materials = vec![rubber(); 2];
+        problem.clamp("lower_bottom").unwrap();
+        let aside = problem.parameter("aside", Rule::Given);
+        problem
+            .support("upper_top", 0, Motion::Driven(aside, 1.0))
+            .unwrap();
+        problem.support("upper_top", 1, Motion::Fixed).unwrap();
+        let surfaces = ["upper_bottom", "lower_top"].map(|name| problem.surface(name).unwrap());
+        let mut pair = SurfacePair::new(&problem.mesh, surfaces, 1.0);
+        pair.reach = 0.1;
+        problem.contacts.push(Contact::Surfaces(pair));
+        let mut solver = Solver::new(problem).unwrap();
+        solver.settings.first_step = 1.0;
+        solver.settings.smallest_step = smallest_step;
+        solver.load_to(&[0.3], |_, _| Continue::Yes)
+    };
+    let failure = carried(0.5).unwrap_err();
+    let Reason::Leapt {
+        contact,
+        way,
+        reach,
+    } = failure.reason
+    else {
+        panic!("{failure}");
+    };
+    assert!(
+        contact == 0 && reach == 0.1 && (way - 0.3).abs() < 1e-9,
+        "{failure}"
+    );
+    assert!(failure.to_string().contains("a larger reach"), "{failure}");
+    // What the sentence says helps.
+    carried(0.1).unwrap();
 }

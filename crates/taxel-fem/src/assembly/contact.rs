@@ -1,6 +1,6 @@
 //! Contact in the equations: obstacles and surfaces with their friction, walls that meet.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::foot::Foot;
 use super::friction::{Friction, friction};
@@ -9,9 +9,10 @@ use super::surfaces::{PairTables, Search};
 use super::system::{Assembled, System};
 use super::unsymmetric::Slot;
 use crate::assembly::state::State;
-use crate::mesh::Facet;
+use crate::mesh::{Facet, FacetShape};
 use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
+use crate::solver::newton::Multipliers;
 
 /// Gap over the accepted overlap at which a point counts as touching.
 const TOUCHING: f64 = 1e-6;
@@ -402,7 +403,70 @@ impl System {
         probe
     }
 
-    /// Notes where the touching points of rough obstacles rest, after a step has converged.
+    /// The multipliers after a round: those that a contact has, and its pressures beyond them; none
+    /// if these are not worth an overlap, or a lift, beyond what is accepted.
+    ///
+    /// At corners the round is linear between them, by means about each.
+    pub(crate) fn renewed(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+        (number, stand): (usize, Multipliers),
+    ) -> Option<Vec<f64>> {
+        let probe = self.contact(problem, state, places, number);
+        let contact = &state.contacts[number];
+        let (surface, stiffness) = match &problem.contacts[number] {
+            Contact::Obstacle(obstacle) if stand == Multipliers::Corners => {
+                (&obstacle.surface, obstacle.stiffness)
+            }
+            Contact::Surfaces(pair) if stand == Multipliers::Corners => {
+                (&pair.first, pair.stiffness)
+            }
+            contact => {
+                // A multiplier that holds a point off is as wrong as an overlap.
+                let wrong = probe.overlap.max(probe.lifted) > contact.overlap_limit();
+                return wrong.then_some(probe.pressures);
+            }
+        };
+        let tables = self.pairs[number].as_ref();
+        let table_of = |facet: usize, shape| match tables {
+            Some(tables) => &tables.tables[facet],
+            None => self.facet_table(shape),
+        };
+        let beyond = |point: usize| probe.pressures[point] - contact.multiplier(point);
+        // Sums of the pressure beyond the multiplier, and of the area, about each corner.
+        let mut sums = BTreeMap::<u32, [f64; 2]>::new();
+        let of = (&table_of as &dyn Fn(usize, FacetShape) -> _, places);
+        each_point_of(problem, surface, of, &mut |point| {
+            for (corner, share) in point.corners() {
+                let [sum, area] = sums.entry(corner).or_default();
+                *sum += share * point.area * beyond(point.number);
+                *area += share * point.area;
+            }
+        });
+        let mean = |corner: &u32| {
+            let [sum, area] = sums[corner];
+            // On an axis of revolution a corner has some area through the points beside it.
+            sum / area
+        };
+        let most = sums.keys().map(|corner| mean(corner).abs());
+        let most = most.fold(0.0, f64::max);
+        if most <= stiffness * problem.contacts[number].overlap_limit() {
+            return None;
+        }
+        let mut multipliers = Vec::with_capacity(probe.pressures.len());
+        each_point_of(problem, surface, of, &mut |point| {
+            let corners = point.corners();
+            let more: f64 = corners.map(|(corner, share)| share * mean(&corner)).sum();
+            multipliers.push(contact.multiplier(point.number) + more);
+        });
+        Some(multipliers)
+    }
+
+    /// Notes where the points of a contact are after a step has converged: on rough obstacles and
+    /// on surfaces. One that touches keeps the place where it would rest without traction; one
+    /// that does not, where it is: should it come to touch in the next step, it rubs from there.
     pub(crate) fn anchor(&self, problem: &Problem, state: &mut State) {
         let places = state.places(&problem.mesh);
         for (number, contact) in problem.contacts.iter().enumerate() {
@@ -417,20 +481,17 @@ impl System {
                         let pressure =
                             old.multiplier(point.number) - obstacle.stiffness * gap.distance;
                         let here = std::array::from_fn(|d| point.place[d] - shift[d]);
-                        let bound = obstacle.friction * pressure;
-                        let anchor = || match old.anchor(point.number) {
-                            Some(old) => {
+                        let place = match old.anchor(point.number) {
+                            Some(old) if pressure > 0.0 => {
+                                let bound = obstacle.friction * pressure;
                                 friction(&gap, here, old.place, obstacle.stiffness, bound).anchor
                             }
-                            None => here,
+                            _ => here,
                         };
-                        anchors.push((pressure > 0.0).then(|| Anchor {
-                            place: anchor(),
-                            facet: None,
-                        }));
+                        anchors.push(Some(Anchor { place, facet: None }));
                     });
                 }
-                Contact::Surfaces(pair) if pair.friction > 0.0 => {
+                Contact::Surfaces(pair) => {
                     let Some(tables) = &self.pairs[number] else {
                         continue;
                     };
@@ -461,7 +522,7 @@ impl System {
                         }));
                     });
                 }
-                _ => continue,
+                Contact::Obstacle(_) | Contact::Walls(_) => continue,
             }
             state.contacts[number].anchors = anchors;
         }
@@ -488,7 +549,9 @@ fn each_meeting(
     let mut search = Search::new(tables, places);
     let table_of = |facet, _| &tables.tables[facet];
     each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
-        let meeting = search.nearest(point).map(|(facet, foot)| Meeting {
+        let last = contact.anchor(point.number);
+        let last = last.and_then(|anchor| Some(anchor.facet? as usize));
+        let meeting = search.nearest(point, last).map(|(facet, foot)| Meeting {
             facet,
             gap: Gap {
                 distance: foot.distance,
@@ -510,7 +573,9 @@ fn rub_surface(
     meeting: &Meeting,
     places: &[[f64; 3]],
 ) -> Option<Friction> {
-    let anchor = contact.anchor(point.number)?;
+    let anchor = contact
+        .anchor(point.number)
+        .filter(|_| pair.friction > 0.0)?;
     let facet = anchor.facet? as usize;
     let held = tables.place_on(facet, anchor.place, places);
     let bound = pair.friction * meeting.pressure.max(0.0);

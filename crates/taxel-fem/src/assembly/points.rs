@@ -23,6 +23,31 @@ pub(super) struct ContactPoint<'p> {
 }
 
 impl ContactPoint<'_> {
+    /// Corners of its facet with its shares in the functions that are linear between them.
+    pub(super) fn corners(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        // A line has its middle last, other facets have the middles of their sides, then their own.
+        let corners = match self.nodes.len() {
+            3 => 2,
+            7 => 3,
+            _ => 4,
+        };
+        let middle = if corners == 2 {
+            0.0
+        } else {
+            self.values[2 * corners]
+        };
+        (0..corners).map(move |corner| {
+            let side = |k: usize| 0.5 * self.values[corners + k];
+            let sides = if corners == 2 {
+                side(0)
+            } else {
+                side(corner) + side((corner + corners - 1) % corners)
+            };
+            let share = self.values[corner] + sides + middle / corners as f64;
+            (self.nodes[corner], share)
+        })
+    }
+
     /// Unit normal of the deformed surface at the point.
     pub(super) fn facing(&self, places: &[[f64; 3]]) -> [f64; 3] {
         let mut tangents = [[0.0; 3]; 2];
@@ -83,6 +108,50 @@ pub(super) fn each_point_of<'t>(
                 place,
             });
             number += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_of_corners_are_linear() {
+        let sets: [(FacetShape, &[[f64; 2]]); 3] = [
+            (FacetShape::Line3, &[[-1.0, 0.0], [1.0, 0.0]]),
+            (FacetShape::Tri7, &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+            (
+                FacetShape::Quad9,
+                &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+            ),
+        ];
+        for (shape, corners) in sets {
+            for point in shape.quadrature() {
+                let shapes = shape.shapes(point.at);
+                let nodes: Vec<u32> = (0..shape.node_count() as u32).collect();
+                let point_there = ContactPoint {
+                    facet: 0,
+                    number: 0,
+                    nodes: &nodes,
+                    values: &shapes.values,
+                    slopes: &shapes.gradients,
+                    area: 1.0,
+                    rest: [0.0; 3],
+                    place: [0.0; 3],
+                };
+                let mut sum = [0.0; 3];
+                for (corner, share) in point_there.corners() {
+                    let [x, y] = corners[corner as usize];
+                    for (sum, of) in sum.iter_mut().zip([1.0, x, y]) {
+                        *sum += share * of;
+                    }
+                }
+                let exact = [1.0, point.at[0], point.at[1]];
+                for (sum, exact) in sum.iter().zip(exact) {
+                    assert!((sum - exact).abs() < 1e-14, "{shape:?} {sum} {exact}");
+                }
+            }
         }
     }
 }

@@ -18,6 +18,10 @@ const FACING: f64 = -0.1;
 const BESIDE: f64 = 0.5;
 /// The same for a point on the surface, over the side of the facet.
 const AT_EDGE: f64 = 1e-6;
+/// Way beside the facet that a point was over when the last step ended, over the side of the facet,
+/// up to which it stays over it: at the kink between two facets a point would change between them
+/// in every iteration.
+const STAYS: f64 = 0.02;
 /// Facets whose boxes are nearest to a point that are looked at.
 const LOOKED_AT: usize = 12;
 
@@ -281,8 +285,13 @@ impl<'t> Search<'t> {
     }
 
     /// The facet of the second surface that a point of the first is over or in, with the foot of
-    /// the point on it; none within reach.
-    pub(super) fn nearest(&mut self, point: &ContactPoint<'_>) -> Option<(usize, Foot)> {
+    /// the point on it; none within reach. `last` is the facet that it was over when the last
+    /// step ended.
+    pub(super) fn nearest(
+        &mut self,
+        point: &ContactPoint<'_>,
+        last: Option<usize>,
+    ) -> Option<(usize, Foot)> {
         let Self {
             tables,
             places,
@@ -290,6 +299,19 @@ impl<'t> Search<'t> {
             near,
         } = self;
         let place = point.place;
+        let facing = point.facing(places);
+        let last = last.filter(|facet| !tables.adjacent[point.facet].contains(facet));
+        if let Some(facet) = last {
+            let nodes = PairTables::places(&tables.second[facet], places);
+            let stays = foot(tables.shapes[facet], &nodes, place).filter(|foot| {
+                foot.overshoot <= STAYS * tables.side
+                    && foot.distance.abs() <= tables.near().min(tables.reach)
+                    && dot(foot.normal, facing) <= FACING
+            });
+            if let Some(foot) = stays {
+                return Some((facet, foot));
+            }
+        }
         near.clear();
         for (facet, [low, high]) in boxes.iter().enumerate() {
             let mut square = 0.0;
@@ -311,7 +333,6 @@ impl<'t> Search<'t> {
             near.truncate(LOOKED_AT);
         }
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let facing = point.facing(places);
         let mut best: Option<(usize, Foot)> = None;
         let mut nodes = Vec::new();
         for &(square, facet) in near.iter() {
@@ -386,7 +407,7 @@ pub fn tie(
     let table_of = |facet, _| &tables.tables[facet];
     let at_rest = (&table_of as &dyn Fn(_, _) -> _, mesh.points.as_slice());
     each_point_of(problem, &pair.first, at_rest, &mut |point| {
-        let Some((facet, foot)) = search.nearest(point) else {
+        let Some((facet, foot)) = search.nearest(point, None) else {
             lost.get_or_insert(point.place);
             return;
         };

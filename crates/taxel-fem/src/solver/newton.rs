@@ -4,14 +4,15 @@ use super::failure::{Failure, Reason};
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
 use super::memory::{Times, held, remember};
 use super::neighbours::Neighbours;
-pub use super::settings::{Continue, Settings, Step};
+pub use super::settings::{Continue, Multipliers, Settings, Step};
 use super::small::{axpy, dot, solve_small};
 use crate::assembly::contact::ContactProbe;
 use crate::assembly::follow::place_rigid_bodies;
 use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::state::State;
 use crate::assembly::system::{Assembled, System};
-use crate::problem::{Problem, ProblemError, Rule};
+use crate::problem::contact::ContactState;
+use crate::problem::{Contact, Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::solver::unsymmetric;
 use crate::solver::volume::{Lattice, LeastVolume, least_volume};
@@ -486,6 +487,13 @@ impl Solver {
     /// One step to these targets; the state changes only when it converges.
     fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
         self.system.elimination = self.settings.elimination;
+        let contacts = self.problem.contacts.iter().zip(&self.state.contacts);
+        let at_rest = |(contact, known): (&Contact, &ContactState)| {
+            contact.rubs_at_once() && known.anchors.is_empty()
+        };
+        if contacts.into_iter().any(at_rest) {
+            self.system.anchor(&self.problem, &mut self.state);
+        }
         let mut trial = self.start(targets);
         trial.memory.begin(duration);
         let mut outcome = self.iterate(&mut trial, targets);
@@ -806,16 +814,15 @@ impl Solver {
         })
     }
 
-    /// Sets the multipliers to the pressures found; false when no contact needs it.
+    /// Takes the multipliers to the pressures found; false when no contact needs it.
     fn renew_multipliers(&self, trial: &mut State) -> bool {
         let places = trial.places(&self.problem.mesh);
         let mut renewed = false;
         for number in 0..self.problem.contacts.len() {
-            let probe = self.system.contact(&self.problem, trial, &places, number);
-            let limit = self.problem.contacts[number].overlap_limit();
-            // A multiplier that holds a point off is as wrong as an overlap.
-            if probe.overlap.max(probe.lifted) > limit {
-                trial.contacts[number].multipliers = probe.pressures;
+            let of = (number, self.settings.multipliers);
+            let next = self.system.renewed(&self.problem, trial, &places, of);
+            if let Some(multipliers) = next {
+                trial.contacts[number].multipliers = multipliers;
                 renewed = true;
             }
         }

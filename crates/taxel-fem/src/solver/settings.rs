@@ -33,6 +33,8 @@ pub struct Settings {
     pub stall_iterations: Option<usize>,
     /// Rounds of contact multipliers in a step.
     pub rounds: usize,
+    /// Where the multipliers of obstacles and surfaces stand.
+    pub multipliers: Multipliers,
     /// Accepts no state in which a cell is inside out anywhere, corners and points between those
     /// of integration included: such a cell gets more points of integration first, and what is
     /// then still inside out is refused. Without, the state is accepted and reported
@@ -61,11 +63,25 @@ impl Default for Settings {
             reach: 1.0,
             stall_iterations: None,
             rounds: 8,
+            multipliers: Multipliers::Points,
             whole_cells: false,
             stable: true,
             elimination: ELIMINATION_RATIO,
         }
     }
+}
+
+/// Where the multipliers of obstacles and surfaces stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Multipliers {
+    /// At each contact point. No point overlaps by more than is accepted, and pressures are the
+    /// most accurate. Points are more than a facet has freedoms: under large pressures their
+    /// multipliers pull against each other, and the iteration ends early.
+    Points,
+    /// At the corners of facets, linear between them: the overlap is accepted on the mean about a
+    /// corner. Goes on under pressures of many shear moduli, in half as many iterations. A point
+    /// may overlap by its pressure beyond the linear one, over the contact stiffness.
+    Corners,
 }
 
 /// Record of a converged step.

@@ -87,15 +87,25 @@ impl Pulled {
             },
             travel: Some((along(-1.0), travel)),
             stiffness: 50.0 * cells as f64,
-            friction: ROUGHNESS,
+            friction: 0.0,
             overlap_limit: 1e-3 * depth,
         }));
-        let mut solver = Solver::new(problem)?;
-        // Of the energy of the press, against which the slip at a light pull is small.
-        solver.settings.tolerance = 1e-6;
-        solver.settings.iterations = 30;
-        solver.settings.first_step = 1.0;
-        load_to(&mut solver, &[0.0, depth])?;
+        let posed = |problem| {
+            let mut solver = Solver::new(problem)?;
+            // Of the energy of the press, against which the slip at a light pull is small.
+            solver.settings.tolerance = 1e-6;
+            solver.settings.iterations = 30;
+            solver.settings.first_step = 1.0;
+            Ok::<_, Failure>(solver)
+        };
+        // The theory has no friction before the pull.
+        let mut smooth = posed(problem.clone())?;
+        load_to(&mut smooth, &[0.0, depth])?;
+        if let Contact::Obstacle(obstacle) = &mut problem.contacts[0] {
+            obstacle.friction = ROUGHNESS;
+        }
+        let mut solver = posed(problem)?;
+        solver.restart(smooth.state().clone(), smooth.targets().to_vec());
         Ok(Self {
             solver,
             slide,

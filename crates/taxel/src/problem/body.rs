@@ -6,11 +6,11 @@ use std::ops::Range;
 use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
 use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
-use taxel_fem::solver::newton::{Continue, Solver};
+use taxel_fem::solver::newton::{Continue, Multipliers, Solver};
 use taxel_fem::solver::stress::{nodal_stress, von_mises};
 
 use super::build::{self, component, letter, turns};
-use super::description::{Compressibility, Geometry, Prescribed, ProblemFile};
+use super::description::{self, Compressibility, Geometry, Prescribed, ProblemFile};
 use super::fields;
 use crate::quantity::{self, Dimension};
 use crate::table::{Cell, Column};
@@ -77,6 +77,10 @@ impl Body {
         settings.largest_step = options.largest_part.unwrap_or(settings.largest_step);
         settings.smallest_step = options.smallest_part.unwrap_or(settings.smallest_step);
         settings.whole_cells = options.whole_cells;
+        settings.multipliers = match options.multipliers {
+            description::Multipliers::Points => Multipliers::Points,
+            description::Multipliers::Corners => Multipliers::Corners,
+        };
         let row = body.values().map_err(|reason| {
             let message = format!("the undeformed body: {reason}");
             InputError::whole(name, message).help(reason.advice())

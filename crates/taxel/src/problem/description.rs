@@ -655,4 +655,18 @@ pub struct SolverOptions {
     /// Accepts no state with a cell inside out anywhere, corners included; false if left out.
     #[serde(default)]
     pub whole_cells: bool,
+    /// Where the pressures of contacts are kept; points if left out.
+    #[serde(default)]
+    pub multipliers: Multipliers,
+}
+
+/// Where the pressures of contacts are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Multipliers {
+    /// At each point: the most accurate pressures.
+    #[default]
+    Points,
+    /// At the corners of cells: goes deeper under pressures above the shear modulus.
+    Corners,
 }

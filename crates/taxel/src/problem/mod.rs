@@ -39,6 +39,11 @@ const SHIPPED: &[(&str, &str, &[u8])] = &[
         include_str!("../../problems/fingertip.toml"),
         include_bytes!("../../problems/fingertip.msh"),
     ),
+    (
+        "pad",
+        include_str!("../../problems/pad.toml"),
+        include_bytes!("../../problems/pad.msh"),
+    ),
 ];
 
 const REFERENCE_HEAD: &str = "\

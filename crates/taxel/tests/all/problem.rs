@@ -840,3 +840,33 @@ displacements = ["tip"]
     assert!((column(&body, "bone_turn_y")[1] - angle).abs() < 1e-12);
     assert!(angle > 1e-3 && angle < 0.5, "{angle}");
 }
+
+#[test]
+fn a_soft_fingertip_takes_a_soft_pad_along() {
+    let (text, mesh) = shipped("pad");
+    // Pressed, and carried over the first millimetre.
+    let values = [
+        "\"0.5 mm\", \"1 mm\", \"1.5 mm\", \"1.5 mm\", \"1.5 mm\", \"1.5 mm\"",
+        "\"0 mm\", \"0 mm\", \"0 mm\", \"0.5 mm\", \"1 mm\", \"2 mm\"",
+    ];
+    assert!(values.iter().all(|values| text.contains(values)));
+    let text = text
+        .replace(values[0], "\"1 mm\", \"1 mm\"")
+        .replace(values[1], "\"0 mm\", \"0.5 mm\"");
+    let body = solved(&text, mesh);
+    let [along, press] = ["x", "y"].map(|axis| column(&body, &format!("touch_force_{axis}")));
+    let base = ["x", "y"].map(|axis| column(&body, &format!("pad_base_reaction_{axis}")));
+    // The pad is in balance between the fingertip and its base.
+    assert!(
+        (base[1][2] / press[2] - 1.0).abs() < 1e-4,
+        "{base:?} {press:?}"
+    );
+    assert!(
+        (base[0][2] / along[2] - 1.0).abs() < 1e-3,
+        "{base:?} {along:?}"
+    );
+    // Without a way aside there is no pull; with it the contact sticks over the most part.
+    assert!(along[1].abs() < 1e-3 * press[1], "{along:?}");
+    let share = -along[2] / press[2];
+    assert!(share > 0.05 && share < 0.5, "{share}");
+}

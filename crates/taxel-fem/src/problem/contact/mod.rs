@@ -33,14 +33,14 @@ pub enum Contact {
 pub struct ContactState {
     /// Multiplier of each contact point, Pa.
     pub multipliers: Vec<f64>,
-    /// With friction: the anchor of each touching point.
+    /// The anchor of each point of a rough obstacle or of a surface; none where it meets nothing.
     pub anchors: Vec<Option<Anchor>>,
 }
 
-/// Anchor of a point of a rough contact.
+/// Where a contact point was when the last step ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anchor {
-    /// Where the point would rest without traction: in the frame of the obstacle, or in the
+    /// Where a point that touches would rest without traction, where another one is: in the frame of the obstacle, or in the
     /// reference coordinates of a facet of the second surface.
     pub place: [f64; 3],
     /// Number of that facet in the second surface; none on an obstacle.
@@ -60,6 +60,12 @@ impl ContactState {
 }
 
 impl Contact {
+    /// True if its points rub from the first step on: those of a body that rests on another one
+    /// are not pressed yet, and begin with the second.
+    pub(crate) fn rubs_at_once(&self) -> bool {
+        matches!(self, Self::Obstacle(obstacle) if obstacle.friction > 0.0)
+    }
+
     /// Overlap in m above which the multipliers are renewed.
     pub fn overlap_limit(&self) -> f64 {
         match self {
