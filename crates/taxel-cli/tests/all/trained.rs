@@ -1,5 +1,6 @@
 //! Arrays without a physical model, from recordings to live touch, at the
 //! boundary of the program.
+#![allow(clippy::too_many_lines)]
 
 use std::fmt::Write as _;
 use std::fs;

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use taxel_fem::assembly::system::Assembled;
 use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
 use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
@@ -312,6 +313,34 @@ impl Body {
         first..self.axes.len()
     }
 
+    /// Appends force, torque, displacement and rotation of each rigid body.
+    fn add_rigid_bodies(&self, assembled: &Assembled, values: &mut Vec<f64>) {
+        let (problem, state) = (self.solver.problem(), self.solver.state());
+        let (components, depth) = (self.axes.len(), self.file.depth());
+        let places = state.places(&problem.mesh);
+        let turns = turns(problem.kinematics, &self.axes);
+        for body in &problem.rigid_bodies {
+            let force = |node: u32| {
+                let own = &assembled.forces[node as usize * components..][..components];
+                let mut force = [0.0; 3];
+                force[..components].copy_from_slice(own);
+                force
+            };
+            let motion = body.motion(&state.parameters);
+            let torque = body.torque(&motion, |node| places[node as usize], force);
+            let along = self.force_components();
+            let about = |vector: [f64; 3]| {
+                let each = turns.iter();
+                each.map(move |&(_, component, sign)| sign * vector[component] + 0.0)
+            };
+            let whole = body.force(force).map(|force| force * depth + 0.0);
+            values.extend(&whole[along.clone()]);
+            values.extend(about(torque.map(|torque| torque * depth)));
+            values.extend(&motion.travel[along]);
+            values.extend(about(motion.turn));
+        }
+    }
+
     /// Numbers of a row at the present state, SI.
     fn values(&mut self) -> Result<Vec<f64>, Reason> {
         let assembled = self.solver.evaluate().map_err(|failure| failure.reason)?;
@@ -324,7 +353,7 @@ impl Body {
             match &driver.prescribes {
                 None => values.push(own),
                 Some(Prescribed::Force | Prescribed::Torque) => {
-                    values.extend([assembled.along[number] * depth, own])
+                    values.extend([assembled.along[number] * depth, own]);
                 }
                 Some(Prescribed::Displacement(of)) => {
                     let node = problem
@@ -376,28 +405,7 @@ impl Body {
                     .fold(0.0, |sum, area| sum + area),
             );
         }
-        let places = state.places(&problem.mesh);
-        let turns = turns(problem.kinematics, &self.axes);
-        for body in &problem.rigid_bodies {
-            let force = |node: u32| {
-                let own = &assembled.forces[node as usize * components..][..components];
-                let mut force = [0.0; 3];
-                force[..components].copy_from_slice(own);
-                force
-            };
-            let motion = body.motion(&state.parameters);
-            let torque = body.torque(&motion, |node| places[node as usize], force);
-            let along = self.force_components();
-            let about = |vector: [f64; 3]| {
-                let each = turns.iter();
-                each.map(move |&(_, component, sign)| sign * vector[component] + 0.0)
-            };
-            let whole = body.force(force).map(|force| force * depth + 0.0);
-            values.extend(&whole[along.clone()]);
-            values.extend(about(torque.map(|torque| torque * depth)));
-            values.extend(&motion.travel[along]);
-            values.extend(about(motion.turn));
-        }
+        self.add_rigid_bodies(&assembled, &mut values);
         for (number, cavity) in file.cavity.iter().enumerate() {
             values.push(assembled.volumes[number] * depth);
             if cavity.trapped_gas.is_some() {
