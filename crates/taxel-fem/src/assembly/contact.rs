@@ -12,10 +12,22 @@ use crate::assembly::state::State;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::contact::{Anchor, ContactState, Gap};
 use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
-use crate::solver::newton::Multipliers;
 
 /// Gap over the accepted overlap at which a point counts as touching.
 const TOUCHING: f64 = 1e-6;
+
+/// Where the multipliers of obstacles and surfaces stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Multipliers {
+    /// At each contact point. No point overlaps by more than is accepted, and pressures are the
+    /// most accurate. Points are more than a facet has freedoms: under large pressures their
+    /// multipliers pull against each other, and the iteration ends early.
+    Points,
+    /// At the corners of facets, linear between them: the overlap is accepted on the mean about a
+    /// corner. Goes on under pressures of many shear moduli, in half as many iterations. A point
+    /// may overlap by its pressure beyond the linear one, over the contact stiffness.
+    Corners,
+}
 
 /// What a contact point moves with: factors of the displacements of its nodes in the distance
 /// from what it touches.

@@ -7,7 +7,6 @@
 
 use super::dofs::Unknowns;
 use super::state::State;
-use super::system::Assembled;
 use super::unsymmetric::Slot;
 use crate::problem::constraint::{Following, following};
 use crate::problem::rigid_body::{RigidMotion, turned};
@@ -149,35 +148,39 @@ pub(crate) fn place_rigid_bodies(problem: &Problem, state: &mut State) {
     }
 }
 
-impl Assembled {
-    /// Adds what the forces on rigid bodies change where their arms turn.
-    pub(super) fn add_turning(&mut self, problem: &Problem, parameters: &[f64]) {
-        let components = problem.kinematics.components();
-        for body in &problem.rigid_bodies {
-            let turns = body.turn.map(|motion| match motion {
-                Motion::Driven(Parameter(number), factor) => Some((number, factor)),
-                Motion::Fixed => None,
-            });
-            if turns.iter().all(Option::is_none) {
-                continue;
-            }
-            let motion = body.motion(parameters);
-            let mut sums = [[0.0; 3]; 3];
-            for &node in &body.nodes {
-                let bends = turned(motion.turn, arm(problem, body, node)).bends;
-                let forces = &self.forces[node as usize * components..][..components];
-                for k in 0..3 {
-                    for l in 0..3 {
-                        let bend = bends[k][l].iter().zip(forces);
-                        sums[k][l] += bend.map(|(bend, force)| bend * force).sum::<f64>();
-                    }
-                }
-            }
+/// Adds what the forces on rigid bodies change where their arms turn: to `cross`, the changes of
+/// the forces along parameters by parameters, from the `forces` on all components.
+pub(super) fn add_turning(
+    problem: &Problem,
+    parameters: &[f64],
+    forces: &[f64],
+    cross: &mut [Vec<f64>],
+) {
+    let components = problem.kinematics.components();
+    for body in &problem.rigid_bodies {
+        let turns = body.turn.map(|motion| match motion {
+            Motion::Driven(Parameter(number), factor) => Some((number, factor)),
+            Motion::Fixed => None,
+        });
+        if turns.iter().all(Option::is_none) {
+            continue;
+        }
+        let motion = body.motion(parameters);
+        let mut sums = [[0.0; 3]; 3];
+        for &node in &body.nodes {
+            let bends = turned(motion.turn, arm(problem, body, node)).bends;
+            let forces = &forces[node as usize * components..][..components];
             for k in 0..3 {
                 for l in 0..3 {
-                    if let (Some((first, a)), Some((second, b))) = (turns[k], turns[l]) {
-                        self.cross[first][second] += a * b * sums[k][l];
-                    }
+                    let bend = bends[k][l].iter().zip(forces);
+                    sums[k][l] += bend.map(|(bend, force)| bend * force).sum::<f64>();
+                }
+            }
+        }
+        for k in 0..3 {
+            for l in 0..3 {
+                if let (Some((first, a)), Some((second, b))) = (turns[k], turns[l]) {
+                    cross[first][second] += a * b * sums[k][l];
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
 use super::dofs::Unknowns;
-use super::follow::Followed;
+use super::follow::{Followed, add_turning};
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
@@ -412,7 +412,7 @@ impl System {
                 }
             }
         }
-        out.add_turning(problem, &state.parameters);
+        add_turning(problem, &state.parameters, &out.forces, &mut out.cross);
         Ok(out)
     }
 

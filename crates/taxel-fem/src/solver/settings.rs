@@ -1,6 +1,7 @@
 //! Settings of a solution, and what its steps report.
 
 use super::volume::LeastVolume;
+use crate::assembly::contact::Multipliers;
 use crate::assembly::kernel::ELIMINATION_RATIO;
 use crate::sparse::Definiteness;
 
@@ -69,19 +70,6 @@ impl Default for Settings {
             elimination: ELIMINATION_RATIO,
         }
     }
-}
-
-/// Where the multipliers of obstacles and surfaces stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Multipliers {
-    /// At each contact point. No point overlaps by more than is accepted, and pressures are the
-    /// most accurate. Points are more than a facet has freedoms: under large pressures their
-    /// multipliers pull against each other, and the iteration ends early.
-    Points,
-    /// At the corners of facets, linear between them: the overlap is accepted on the mean about a
-    /// corner. Goes on under pressures of many shear moduli, in half as many iterations. A point
-    /// may overlap by its pressure beyond the linear one, over the contact stiffness.
-    Corners,
 }
 
 /// Record of a converged step.
