@@ -161,13 +161,7 @@ impl Form {
         let Self::Quantity(dimension, unit) = self else {
             return short;
         };
-        let scale = dimension.unit(unit).unwrap_or(1.0);
-        let shown = if scale < 1.0 {
-            si * (1.0 / scale).round()
-        } else {
-            si / scale
-        };
-        let text = format!("{shown} {unit}");
+        let text = format!("{} {unit}", dimension.in_unit(si, unit));
         match dimension.parse(&text) {
             Ok(back) if back == si && short.1 != si => (Value::from(text), si),
             _ => short,
@@ -178,12 +172,7 @@ impl Form {
     pub fn write(self, si: f64) -> (Value, f64) {
         match self {
             Self::Quantity(dimension, unit) => {
-                let scale = dimension.unit(unit).unwrap_or(1.0);
-                let shown = if scale < 1.0 {
-                    si * (1.0 / scale).round()
-                } else {
-                    si / scale
-                };
+                let shown = dimension.in_unit(si, unit);
                 // The sixteenth digit is rounding: 611.1 and not 611.0999999999999.
                 let rounded = format!("{shown:.14e}").parse().unwrap_or(shown);
                 let text = format!("{rounded} {unit}");

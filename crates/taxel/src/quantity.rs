@@ -122,6 +122,13 @@ impl PartialEq for Dimension {
 }
 
 impl Dimension {
+    /// A number, SI, in one of the units; the number itself for a unit that is none of them.
+    /// Reading it back gives the number again but for rounding.
+    pub fn in_unit(&self, si: f64, symbol: &str) -> f64 {
+        let scale = self.unit(symbol).unwrap_or(1.0);
+        whole_parts(scale).map_or(si / scale, |parts| si * parts)
+    }
+
     /// SI value of one `symbol`, if it is a unit of this dimension.
     pub fn unit(&self, symbol: &str) -> Option<f64> {
         self.entry(symbol).map(|(_, scale)| scale)

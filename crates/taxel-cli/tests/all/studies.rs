@@ -252,7 +252,7 @@ fn an_optimiser_goes_on_by_replay() {
 }
 
 #[test]
-#[ignore = "seconds: cargo test -p taxel-cli --test studies -- --ignored replay"]
+#[ignore = "seconds: cargo test -p taxel-cli --test all -- --ignored by_replay"]
 fn an_optimiser_killed_ten_times_goes_on_by_replay() {
     replayed(10);
 }
