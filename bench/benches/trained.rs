@@ -123,7 +123,10 @@ fn frame(criterion: &mut Criterion) {
         }
     }
     for (number, ([x, y, depth], force, values)) in all.iter().enumerate() {
-        let values: String = values.iter().map(|value| format!(",{value}")).collect();
+        let values = values.iter().fold(String::new(), |mut text, value| {
+            write!(text, ",{value}").expect("a text takes all");
+            text
+        });
         let time = number as f64 / 28.0;
         if *depth > 0.0 {
             write!(places, "\n{time},{x},{y},{depth}{values}").expect("a text takes all");

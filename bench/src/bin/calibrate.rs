@@ -18,7 +18,7 @@ use taxel_bench::figure;
 use taxel_calibrate::{
     CalibrateOptions, HoldOut, NamedSensor, ReadingTable, SyntheticOptions, calibrator,
 };
-use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};
+use taxel_numerics::least_squares::{Estimate, FitOptions, Parameter, Problem, fit};
 
 const ROUNDS: usize = 21;
 /// Values may differ by this share of their standard deviations: both searches
@@ -33,6 +33,15 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Largest difference of the peer's numbers from ours, in our deviations.
+fn largest_difference(theirs: &Value, ours: &[Estimate], number: impl Fn(&Estimate) -> f64) -> f64 {
+    let apart = ours.iter().enumerate().map(|(at, estimate)| {
+        let theirs = theirs[at].as_f64().unwrap_or(f64::INFINITY);
+        (theirs - number(estimate)).abs() / estimate.deviation
+    });
+    apart.fold(0.0, f64::max)
 }
 
 fn run() -> Result<bool, Box<dyn Error>> {
@@ -89,21 +98,9 @@ fn run() -> Result<bool, Box<dyn Error>> {
             let peer_seconds = theirs["seconds"].as_f64().ok_or("no time")?;
             times[1 + place].push(peer_seconds);
             ratios[place].push(peer_seconds / seconds);
-            let apart = |key: &str, j: usize, ours: f64| {
-                (theirs[key][j].as_f64().unwrap_or(f64::NAN) - ours).abs()
-            };
-            let worst = ours
-                .estimates
-                .iter()
-                .enumerate()
-                .map(|(j, e)| apart("values", j, e.value) / e.deviation)
-                .fold(0.0, f64::max);
-            let deviations = ours
-                .estimates
-                .iter()
-                .enumerate()
-                .map(|(j, e)| apart("deviations", j, e.deviation) / e.deviation)
-                .fold(0.0, f64::max);
+            let worst = largest_difference(&theirs["values"], &ours.estimates, |e| e.value);
+            let deviations =
+                largest_difference(&theirs["deviations"], &ours.estimates, |e| e.deviation);
             // With bounds SciPy may end elsewhere: only its time counts.
             agree &= method == "trf" || (worst <= TOLERANCE && deviations <= TOLERANCE);
             if round == 0 {
@@ -321,7 +318,9 @@ impl Problem for Three {
 
     fn slopes(&self, _: &[Parameter], at: &[f64], columns: &mut [Vec<f64>]) -> bool {
         let (mut index, rows) = (0, self.rows());
-        columns.iter_mut().for_each(|column| column.fill(0.0));
+        for column in columns.iter_mut() {
+            column.fill(0.0);
+        }
         for (sensor, one) in self.0.iter().enumerate() {
             let first = 2 + 5 * sensor;
             let own = &at[first..first + 5];

@@ -83,8 +83,10 @@ const PROGRAMS: [(&str, &[&str]); 8] = [
 ];
 /// Groups whose programs take more than one core.
 const SEVERAL_CORES: [&str; 2] = ["factor", "live"];
+/// Names of a benchmark in Criterion and here.
+type Names = &'static [(&'static str, &'static str)];
 /// Benchmarks by Criterion, each with its names there and here.
-const CRITERION: [(&str, &str, &[(&str, &str)]); 3] = [
+const CRITERION: [(&str, &str, Names); 3] = [
     (
         "estimator",
         "estimator",
@@ -327,14 +329,15 @@ fn printed(text: &str) -> Vec<(String, f64)> {
 fn criterion(name: &str) -> Result<f64, Box<dyn Error>> {
     let folder = name.replace(['/', '\\', '?', '"', '<', '>', ':', '*', '|'], "_");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("target"),
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"),
         PathBuf::from,
     );
     let file = target
         .join("criterion")
         .join(folder)
         .join("new/estimates.json");
-    let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let text = std::fs::read_to_string(&file)
+        .map_err(|e| format!("{}: {e}", taxel::shown::path(&file)))?;
     let estimates: serde_json::Value = serde_json::from_str(&text)?;
     let median = estimates["median"]["point_estimate"].as_f64();
     Ok(median.ok_or("no median")? * 1e-3)

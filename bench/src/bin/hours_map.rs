@@ -192,7 +192,7 @@ impl Hour {
             self.wrong_frames += usize::from(!contacts.is_empty());
             return;
         };
-        if at != (tip.frames[0] + tip.frames[1]) / 2 {
+        if at != usize::midpoint(tip.frames[0], tip.frames[1]) {
             return;
         }
         self.touches += 1;

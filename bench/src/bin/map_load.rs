@@ -95,7 +95,9 @@ fn run(load: Load) -> (Vec<f64>, usize) {
     };
     let frames: Vec<Frame> = (0..FRAMES).map(frame).collect();
     let mut noise = MapNoise::default();
-    frames.iter().for_each(|frame| noise.push(frame));
+    for frame in &frames {
+        noise.push(frame);
+    }
     let options = MapOptions {
         noise,
         all_events: true,

@@ -285,7 +285,7 @@ fn measure(
 fn bytes(name: &str, predictor: &dyn Predictor, text: &str) -> Result<usize, String> {
     let mut bytes = 0;
     whole(name, predictor, text, |piece| {
-        bytes += black_box(piece).len()
+        bytes += black_box(piece).len();
     })?;
     Ok(bytes)
 }

@@ -9,5 +9,5 @@ mod sine_integral;
 pub use bessel::{i0, i0_scaled, i1_scaled, j0, j1};
 pub use elliptic::complete_elliptic_k;
 pub use gamma::{beta, gamma};
-pub use quadrature::gauss_panel;
+pub use quadrature::{gauss_panel, gauss_points};
 pub use sine_integral::sine_integral;

@@ -22,6 +22,15 @@ pub fn gauss_panel(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     half * GAUSS.iter().map(pair).sum::<f64>()
 }
 
+/// The points and weights of [`gauss_panel`].
+pub fn gauss_points(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let pair = move |&(node, weight): &(f64, f64)| {
+        [middle - half * node, middle + half * node].map(|x| (x, half * weight))
+    };
+    GAUSS.iter().flat_map(pair)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -32,6 +41,10 @@ mod tests {
             let exact = 1.0 / f64::from(degree + 1);
             // The abscissas are rounded to 16 digits.
             assert!((gauss_panel(0.0, 1.0, |x| x.powi(degree)) - exact).abs() < 1e-15);
+            let sum: f64 = gauss_points(0.0, 1.0)
+                .map(|(x, w)| w * x.powi(degree))
+                .sum();
+            assert!((sum - exact).abs() < 1e-15);
         }
         assert!((gauss_panel(0.0, 1.0, |x| x.powi(40)) - 1.0 / 41.0).abs() > 1e-15);
     }
