@@ -476,6 +476,9 @@ struct Creeping {
     drift: [f64; CHANNELS],
     time: f64,
     noise: Noise,
+    /// A channel, and from when on, s, it reads what it read last.
+    stuck: Option<(usize, f64)>,
+    last: f64,
 }
 
 impl Creeping {
@@ -487,7 +490,15 @@ impl Creeping {
             drift: [0.0; CHANNELS],
             time: 0.0,
             noise: Noise::seeded(seed),
+            stuck: None,
+            last: 0.0,
         }
+    }
+
+    /// One of whose channels sticks from a time on, s.
+    fn sticking(mut self, channel: usize, from: f64) -> Self {
+        self.stuck = Some((channel, from));
+        self
     }
 
     /// Whose channels drift by about so many counts per hour, each at its own rate.
@@ -509,9 +520,16 @@ impl Creeping {
             let c = c as f64;
             200.0 * c + drifted + shown * (80.0 - 9.0 * c) + shown * shown * 12.0 * c
         };
-        (0..CHANNELS)
+        let mut readings: Vec<f64> = (0..CHANNELS)
             .map(|c| channel(c) + 0.3 * self.noise.normal())
-            .collect()
+            .collect();
+        if let Some((stuck, from)) = self.stuck {
+            if self.time < from {
+                self.last = readings[stuck];
+            }
+            readings[stuck] = self.last;
+        }
+        readings
     }
 }
 
@@ -719,6 +737,23 @@ fn a_drift_that_pauses_show_is_taken_off() {
     let errors: Vec<f64> = (60..63).map(drifting).collect();
     // At first 0.3: what drifts like a touch is not small beside what is stated.
     assert!(errors.iter().any(|error| *error > 0.8), "{errors:?}");
+}
+
+/// The same, and in the second third one channel sticks at what it read last.
+#[test]
+fn a_drift_is_taken_off_beside_a_channel_that_sticks() {
+    let body = Creeping::new(60).drifting(3.0);
+    honest(&spans(10.0, 3, body.sticking(2, 900.0)));
+}
+
+/// The same for eight hours; the channel sticks after two and a half.
+#[test]
+#[ignore = "takes minutes"]
+fn a_drift_is_taken_off_beside_a_channel_that_sticks_for_eight_hours() {
+    for seed in 60..66 {
+        let body = Creeping::new(seed).drifting(3.0);
+        honest(&spans(60.0, 8, body.sticking(2, 9000.0)));
+    }
 }
 
 /// Eight hours, six seeds.

@@ -62,11 +62,16 @@ pub(super) struct MicrochannelCalibrator<'a> {
     all: Vec<usize>,
 }
 
-/// One fit; its noise are the readings beyond the end of the closing curves.
-type Fitted = FittedTo<Reading, Beyond>;
+/// One fit.
+type Fitted = FittedTo<Reading, Noise>;
 
-/// Readings beyond the end of the closing curves.
-pub(crate) struct Beyond(usize);
+/// What a fit found of the readings besides its parameters.
+pub(crate) struct Noise {
+    /// Readings beyond the end of the closing curves.
+    beyond: usize,
+    /// Noise of each channel whose deviations are not given, over that of the board.
+    of_channel: Vec<f64>,
+}
 
 /// Searches start at these stiffnesses, and at these shares of the largest
 /// force as bias.
@@ -74,8 +79,14 @@ const STIFFNESSES: [f64; 4] = [1.0, 3.0, 10.0, 40.0];
 /// Least and largest stiffness: a pad that shares its force, or an oxide skin, is a stiffer array.
 const STIFFNESS_BOUNDS: [f64; 2] = [0.02, 200.0];
 const BIASES: [f64; 3] = [0.0, 0.1, 0.25];
-/// Readings beyond the curves change with the fit: a few rounds settle them.
+/// Readings beyond the curves change with the fit, and so does the noise of a channel: a few
+/// rounds settle them.
 const MOST_ROUNDS: usize = 4;
+/// Change of a noise, over it, that ends the rounds.
+const SETTLED: f64 = 1e-2;
+/// A channel whose residuals have less freedom has the noise of all of them: its own would be
+/// off by a fifth and more.
+const LEAST_FREEDOM: f64 = 12.0;
 
 impl<'a> MicrochannelCalibrator<'a> {
     /// `None` for anything but one such array.
@@ -130,6 +141,46 @@ impl<'a> MicrochannelCalibrator<'a> {
                 .map(|r| r.deviation.unwrap_or(usual))
                 .collect(),
         }
+    }
+
+    /// The same, with the noise of each channel that a fit has found.
+    fn weighed<'b>(
+        &'b self,
+        channels: &[usize],
+        readings: &'b [Reading],
+        of_channel: &[f64],
+    ) -> Bench<'b> {
+        let mut bench = self.bench_of(channels, readings);
+        for (reading, noise) in readings.iter().zip(&mut bench.noise) {
+            if reading.deviation.is_none() {
+                *noise *= of_channel[reading.channel];
+            }
+        }
+        bench
+    }
+
+    /// Makes the noise of each channel that of its residuals; the largest change, over it.
+    fn weigh_again(readings: &[Reading], found: &Fit, of_channel: &mut [f64]) -> f64 {
+        let sums = |of: &dyn Fn(&Reading) -> bool| {
+            let residuals = found.residuals.iter().zip(&found.leverage);
+            let own = readings.iter().zip(residuals);
+            let own = own.filter(|(reading, _)| reading.deviation.is_none() && of(reading));
+            own.fold([0.0; 2], |[square, freedom], (_, (residual, leverage))| {
+                [square + residual * residual, freedom + 1.0 - leverage]
+            })
+        };
+        let all = sums(&|_| true);
+        let mut changed = 0.0_f64;
+        for channel in series_of(readings) {
+            let own = sums(&|reading| reading.channel == channel);
+            let [square, freedom] = if own[1] < LEAST_FREEDOM { all } else { own };
+            if freedom >= 1.0 && square > 0.0 {
+                let factor = (square / freedom).sqrt();
+                changed = changed.max((factor - 1.0).abs());
+                of_channel[channel] *= factor;
+            }
+        }
+        changed
     }
 
     fn parameters(&self, channels: &[usize], readings: &[Reading], at: &[f64]) -> Vec<Parameter> {
@@ -218,18 +269,19 @@ impl<'a> MicrochannelCalibrator<'a> {
         let channels = series_of(readings);
         let given = readings.iter().all(|r| r.deviation.is_some());
         let fit_options = options.fitting(given);
-        let once = |at: &[f64], kept: &[Reading]| {
+        let once = |at: &[f64], kept: &[Reading], of_channel: &[f64]| {
             let parameters = self.parameters(&channels, kept, at);
-            let bench = self.bench_of(&channels, kept);
+            let bench = self.weighed(&channels, kept, of_channel);
             fit(&bench, &parameters, &fit_options).map(|found| (parameters, found))
         };
         let none = FitError::TooFew {
             readings: readings.len(),
             unknowns: SHARED + channels.len(),
         };
+        let mut of_channel = vec![1.0; self.all.len()];
         // From each start, without the readings beyond the curve that it comes to.
         let from = |start: &Vec<f64>| {
-            let (mut parameters, mut found) = once(start, readings)?;
+            let (mut parameters, mut found) = once(start, readings, &of_channel)?;
             let mut kept = readings.to_vec();
             for _ in 0..MOST_ROUNDS {
                 let before = kept.len();
@@ -243,7 +295,7 @@ impl<'a> MicrochannelCalibrator<'a> {
                 if kept.len() == before {
                     break;
                 }
-                (parameters, found) = once(&at, &kept)?;
+                (parameters, found) = once(&at, &kept, &of_channel)?;
             }
             Ok((parameters, found, kept))
         };
@@ -256,12 +308,22 @@ impl<'a> MicrochannelCalibrator<'a> {
             .filter(|found| found.as_ref().map_or(true, |(.., kept)| enough(kept)));
         let per_reading =
             |(_, fit, kept): &(_, Fit, Vec<Reading>)| fit.chi_square / kept.len() as f64;
-        let (parameters, found, kept) = best(found, none, |found| found, per_reading)?;
+        let (mut parameters, mut found, kept) = best(found, none, |found| found, per_reading)?;
+        for _ in 0..MOST_ROUNDS {
+            let changed = Self::weigh_again(&kept, &found, &mut of_channel);
+            (parameters, found) = once(&found.values(), &kept, &of_channel)?;
+            if changed < SETTLED {
+                break;
+            }
+        }
         Ok(Fitted {
             model: 0,
             parameters,
             fit: found,
-            noise: Beyond(readings.len() - kept.len()),
+            noise: Noise {
+                beyond: readings.len() - kept.len(),
+                of_channel,
+            },
             readings: kept,
             options: fit_options,
             given,
@@ -288,7 +350,7 @@ impl Calibratable for MicrochannelCalibrator<'_> {
 }
 
 impl DeviceModel for MicrochannelCalibrator<'_> {
-    type Noise = Beyond;
+    type Noise = Noise;
 
     fn sensors(&self) -> Vec<(&NamedSensor<'_>, &str)> {
         vec![(self.named, "")]
@@ -308,7 +370,12 @@ impl DeviceModel for MicrochannelCalibrator<'_> {
         fitted: &'b Fitted,
     ) -> Option<Box<dyn Problem + 'b>> {
         let channels = series_of(&fitted.readings);
-        Some(Box::new(self.bench_of(&channels, &fitted.readings)))
+        let of_channel = &fitted.noise.of_channel;
+        Some(Box::new(self.weighed(
+            &channels,
+            &fitted.readings,
+            of_channel,
+        )))
     }
 }
 

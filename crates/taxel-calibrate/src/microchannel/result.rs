@@ -1,6 +1,6 @@
 //! Results of the fit of crossing microchannels: residuals, curves, scope.
 
-use super::{BIAS, Beyond, CHANNEL, Fitted, MicrochannelCalibrator, Reading};
+use super::{BIAS, CHANNEL, Fitted, MicrochannelCalibrator, Reading};
 use crate::device_model::{Findings, Judged};
 use crate::figures::FitFigure;
 use crate::hysteresis::Loops;
@@ -30,13 +30,17 @@ impl Findings for MicrochannelCalibrator<'_> {
     }
 
     fn beside(&self, of: &Judged<'_, Self>, remarks: &mut Vec<Remark>) -> Constants {
-        let Beyond(beyond) = of.fits[0].noise;
+        let beyond = of.fits[0].noise.beyond;
         if beyond > 0 {
             remarks.push(Remark::whole(format!(
                 "{beyond} readings lie beyond the end of the closing curves and are left out"
             )));
         }
         self.saturations(of, remarks)
+    }
+
+    fn noise(&self, _: &[Fitted]) -> String {
+        ", of each channel apart".into()
     }
 
     fn hysteresis(&self, of: &Judged<'_, Self>) -> Vec<Loops> {

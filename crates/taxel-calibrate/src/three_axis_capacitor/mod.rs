@@ -30,7 +30,7 @@ use checks::Context;
 use columns::COLUMNS;
 use noise::Noise;
 use problem::{
-    Bench, COMPLIANCE, GAP, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
+    Bench, COMPLIANCE, GAP, Known, Measured, OWN, Reading, SINKING, name, unit, values, with_values,
 };
 
 /// Prefix of the names of the parameters of a taxel.
@@ -119,6 +119,12 @@ fn beside_edges(array: &ThreeAxisArray<'_>) -> Option<[f64; 2]> {
     Some(surroundings.map(of))
 }
 
+/// Middle and standard deviation of what lies anywhere between two limits alike (GUM 4.3.7).
+fn even_between([least, greatest]: [f64; 2]) -> [f64; 2] {
+    let half = 0.5 * (greatest - least);
+    [least + half, half / 3_f64.sqrt()]
+}
+
 /// One fitted model of one taxel.
 type Fitted = FittedTo<Reading, Noise>;
 
@@ -137,13 +143,13 @@ impl<'a> ThreeAxisCalibrator<'a> {
     }
 
     /// Parallel capacitances that are known before the readings: those that were measured; else,
-    /// where the edges follow from the drawing, the middle of what its surroundings may add to
-    /// them, with half of that interval as the deviation.
-    fn known(&self, measured: Measured) -> Measured {
-        let by_drawing = |[least, greatest]: [f64; 2]| {
-            let middle = f64::midpoint(least, greatest);
-            ([middle; 4], 0.5 * (greatest - least))
+    /// where the edges follow from the drawing, what its surroundings may add to them.
+    fn known(&self, measured: Measured) -> Option<Known> {
+        let by_drawing = |limits: [f64; 2]| {
+            let [middle, deviation] = even_between(limits);
+            Known::common(middle, deviation)
         };
+        let measured = measured.map(Known::measured);
         measured.or_else(|| self.beside_edges.map(by_drawing))
     }
 
@@ -238,7 +244,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
         model: Model,
         start: &UnitModel,
         of: &[Reading],
-        measured: Measured,
+        known: Option<Known>,
         options: &CalibrateOptions,
     ) -> Result<Fitted, FitError> {
         let taxel = taxel(of);
@@ -254,7 +260,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
                 name: name(GAP),
                 value: at.plates.air_gap[0],
             };
-            let bench = Bench::new(&self.drawn, (&at, round > 0), of, &noise.of(of), measured);
+            let bench = Bench::new(&self.drawn, (&at, round > 0), of, &noise.of(of), known);
             let bench = bench.ok_or_else(touching)?;
             let next = fit(&bench, &parameters, &fit_options)?;
             let step = moved_by(&next, &values(&at));

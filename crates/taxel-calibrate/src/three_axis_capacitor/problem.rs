@@ -59,6 +59,41 @@ impl OfSeries for Reading {
 /// Parallel capacitances measured otherwise, and their deviation, F.
 pub(crate) type Measured = Option<([f64; 4], f64)>;
 
+/// What is known of the four parallel capacitances before the readings, F.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known {
+    values: [f64; 4],
+    /// Makes of their errors four independent ones of unit deviation.
+    whitening: [[f64; 4]; 4],
+}
+
+impl Known {
+    /// Measured each by itself.
+    pub(super) fn measured((values, deviation): ([f64; 4], f64)) -> Self {
+        let row = |i: usize| std::array::from_fn(|k| if i == k { 1.0 / deviation } else { 0.0 });
+        Self {
+            values,
+            whitening: std::array::from_fn(row),
+        }
+    }
+
+    /// A value that all four have from what surrounds them: its error is common to them, so that
+    /// their mean is known no better than one of them. They may differ by as much.
+    pub(super) fn common(value: f64, deviation: f64) -> Self {
+        const MEAN: [f64; 4] = [0.25; 4];
+        const BETWEEN: [[f64; 4]; 3] = [
+            [0.5, 0.5, -0.5, -0.5],
+            [0.5, -0.5, 0.5, -0.5],
+            [0.5, -0.5, -0.5, 0.5],
+        ];
+        let [first, second, third] = BETWEEN;
+        Self {
+            values: [value; 4],
+            whitening: [MEAN, first, second, third].map(|row| row.map(|part| part / deviation)),
+        }
+    }
+}
+
 /// Name of a parameter of a unit.
 pub(super) fn name(place: usize) -> String {
     match place {
@@ -110,8 +145,8 @@ pub(super) struct Bench {
     /// At their most likely forces, with capacitances less J·(F − F̂).
     readings: Vec<Reading>,
     whitening: Vec<Whitening>,
-    /// Parallel capacitances measured otherwise: four more readings.
-    measured: Measured,
+    /// What is known of the parallel capacitances: four more readings.
+    known: Option<Known>,
 }
 
 /// Misfits of four capacitances to four numbers of unit variance.
@@ -230,7 +265,7 @@ impl Bench {
         (at, settled): (&UnitModel, bool),
         readings: &[Reading],
         deviations: &[[f64; KINDS]],
-        measured: Measured,
+        known: Option<Known>,
     ) -> Option<Self> {
         let steps = if settled { STEPS } else { 0 };
         let pairs = readings.iter().zip(deviations);
@@ -242,7 +277,7 @@ impl Bench {
         Some(Self {
             drawn: *drawn,
             readings,
-            measured,
+            known,
             whitening,
         })
     }
@@ -314,7 +349,7 @@ pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3
 
 impl Problem for Bench {
     fn readings(&self) -> usize {
-        4 * (self.readings.len() + usize::from(self.measured.is_some()))
+        4 * (self.readings.len() + usize::from(self.known.is_some()))
     }
 
     fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
@@ -326,10 +361,11 @@ impl Problem for Bench {
             let whitened = self.whitening[index].apply(misfit);
             residuals[4 * index..4 * index + 4].copy_from_slice(&whitened);
         }
-        if let Some((parallel, deviation)) = self.measured {
+        if let Some(known) = &self.known {
             let last = 4 * self.readings.len();
-            for i in 0..4 {
-                residuals[last + i] = (parallel[i] - at[i]) / deviation;
+            for (row, residual) in known.whitening.iter().zip(&mut residuals[last..]) {
+                let parts = row.iter().zip(known.values).zip(at);
+                *residual = parts.map(|((part, value), at)| part * (value - at)).sum();
             }
         }
         true
@@ -380,11 +416,11 @@ impl Problem for Bench {
                 write(SINKING + axis, std::array::from_fn(slope));
             }
         }
-        if let Some((_, deviation)) = self.measured {
+        if let Some(known) = &self.known {
             let last = 4 * self.readings.len();
             for (j, column) in columns.iter_mut().enumerate() {
-                for i in 0..4 {
-                    column[last + i] = if i == j { -1.0 / deviation } else { 0.0 };
+                for (row, slope) in known.whitening.iter().zip(&mut column[last..]) {
+                    *slope = -row.get(j).copied().unwrap_or(0.0);
                 }
             }
         }

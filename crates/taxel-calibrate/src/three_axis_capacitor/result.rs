@@ -3,7 +3,7 @@
 use super::problem::{
     AXES, CAPACITANCE, CAPACITORS, COMPLIANCE, GAP, Reading, far_enough, force_error, misfit,
 };
-use super::{Fitted, Model, ThreeAxisCalibrator, in_words, name_of};
+use super::{Fitted, Model, ThreeAxisCalibrator, even_between, in_words, name_of};
 use crate::device_model::{Findings, Judged};
 use crate::hysteresis::{Loops, loss_in_words};
 use crate::loads::{range, span};
@@ -29,12 +29,11 @@ impl ThreeAxisCalibrator<'_> {
             return;
         };
         let [least, greatest] = [least, greatest].map(|end| end * 1e15);
+        let [middle, deviation] = even_between([least, greatest]);
         remarks.push(Remark::whole(format!(
             "the surroundings of the drawing add {least:.1} to {greatest:.1} fF to the edges of a capacitor, which counts \
-             as a measured parallel_capacitance of {:.1} fF with a deviation of {:.1} fF; leads and board are not in it: \
-             measure them, or type parallel_capacitance in",
-            f64::midpoint(least, greatest),
-            0.5 * (greatest - least)
+             as a measured parallel_capacitance of {middle:.1} fF with a deviation of {deviation:.1} fF, common to the four; leads and board are not in it: \
+             measure them, or type parallel_capacitance in"
         )));
         for fitted in fits {
             let beyond = fitted.fit.estimates[..GAP]

@@ -84,7 +84,7 @@ fn slopes_are_those_of_differences() {
             (&unit, true),
             &readings,
             &deviations,
-            Some(([1e-14; 4], 1e-15)),
+            Some(Known::common(1e-14, 1e-15)),
         )
         .unwrap();
         let at = values(&unit);
@@ -240,7 +240,7 @@ fn the_surroundings_of_the_drawing_count_as_a_measurement() {
         // 199.6 and 213.65 fF beside 204.45 fF, before the corners.
         let words = "add -4.8 to 9.2 fF to the edges";
         assert!(told(&by_drawing, words), "{:?}", by_drawing.remarks);
-        assert!(told(&by_drawing, "of 2.2 fF with a deviation of 7.0 fF"));
+        assert!(told(&by_drawing, "of 2.2 fF with a deviation of 4.0 fF"));
         assert!(!told(&by_drawing, "do not explain"));
         let known = |parallel: f64, deviation: f64| {
             let mut lines = text.lines();
@@ -259,7 +259,7 @@ fn the_surroundings_of_the_drawing_count_as_a_measurement() {
         };
         let open = known(0.0, 1e3);
         let deviation = |outcome: &Outcome| outcome.parameters[0].1.deviation;
-        assert!(deviation(&by_drawing) <= 7.0 * FF);
+        assert!(deviation(&by_drawing) <= 4.1 * FF);
         assert!(deviation(&open) > 3.0 * deviation(&by_drawing));
         assert!(!told(&open, words));
         // The same numbers in the table are the same fit.
