@@ -192,23 +192,65 @@ fn correlated_spreads_have_no_shares_and_contradictions_are_refused() {
 
 /// In the limit of small spreads the force along z is read from the mean of four gaps, and that along
 /// x from their differences.
+/// The gaps of a unit after calibration, `each` of them by itself or all of a device alike.
+fn gaps_of(each: &str) -> Study {
+    let text = taxel_study::shipped_text("p2-after").unwrap();
+    let text = text.replacen(
+        "spread = { uniform = \"7 %\" }             # choice",
+        &format!("spread = {{ uniform = \"0.2 %\" }}\neach = \"{each}\""),
+        1,
+    );
+    let force_x = "[answers.force_x]\nof = \"estimate\"\nquantity = \"estimated_force_x\"\n\
+         load = \"fz=10 mN\"\n[tolerance]";
+    let text = text
+        .replace("[tolerance]", force_x)
+        .replace("samples = 4096", "samples = 160");
+    let text = text.replace("7 %", "0.1 %").replace("3.5 %", "0.1 %");
+    let mut study = study_of(&text.replace("within = \"3 %\"", "within = \"0.1 %\""));
+    study.tolerance.after = AfterFile::AsDrawn;
+    study
+}
+
+/// Intervals of a hundred seeds hold what a large plan gives, where each taxel is made by itself.
+#[test]
+#[ignore = "minutes: cargo test --release -p taxel-study --test spreads -- --ignored --nocapture"]
+fn intervals_of_parts_that_differ_within_a_taxel_cover() {
+    let estimates = |seed: u64, samples: usize| {
+        let mut study = gaps_of("taxel");
+        (study.tolerance.seed, study.tolerance.samples) = (seed, samples);
+        let found = run(&study);
+        let mut all = vec![("yield".to_owned(), found.yields.unwrap())];
+        for (answer, name) in found.answers.iter().zip(["force_z", "force_x"]) {
+            for share in &answer.shares {
+                all.push((format!("{name}, first {}", share.variable), share.first));
+                all.push((format!("{name}, total {}", share.variable), share.total));
+            }
+        }
+        let halved = found.tightened.iter();
+        all.extend(halved.map(|one| (format!("halved {}", one.variable), one.yields)));
+        all
+    };
+    let exact = estimates(1000, 16384);
+    let mut held = vec![0; exact.len()];
+    for seed in 0..100 {
+        for (name, one) in estimates(seed, 256) {
+            let place = exact.iter().position(|(known, _)| *known == name).unwrap();
+            let value = exact[place].1.value;
+            held[place] += usize::from(one.interval[0] <= value && value <= one.interval[1]);
+        }
+    }
+    for ((name, exact), held) in exact.iter().zip(&held) {
+        println!("{name}: {held} of 100 intervals cover {:.4}", exact.value);
+    }
+    for ((name, _), held) in exact.iter().zip(held) {
+        assert!(held >= 88, "{name}: {held}");
+    }
+}
+
 #[test]
 fn gaps_that_differ_within_a_taxel_average_out() {
     let of = |each: &str| {
-        let text = taxel_study::shipped_text("p2-after").unwrap();
-        let text = text.replacen(
-            "spread = { uniform = \"7 %\" }             # choice",
-            &format!("spread = {{ uniform = \"0.2 %\" }}\neach = \"{each}\""),
-            1,
-        );
-        let force_x = "[answers.force_x]\nof = \"estimate\"\nquantity = \"estimated_force_x\"\n\
-             load = \"fz=10 mN\"\n[tolerance]";
-        let text = text
-            .replace("[tolerance]", force_x)
-            .replace("samples = 4096", "samples = 160");
-        let text = text.replace("7 %", "0.1 %").replace("3.5 %", "0.1 %");
-        let mut study = study_of(&text.replace("within = \"3 %\"", "within = \"0.1 %\""));
-        study.tolerance.after = AfterFile::AsDrawn;
+        let study = gaps_of(each);
         (study.variables.len(), run(&study))
     };
     let ((alone, device), (parts, taxel)) = (of("device"), of("taxel"));
