@@ -15,7 +15,7 @@ mod tally;
 use tally::Case;
 
 /// Benches of the long form.
-const BENCHES: u64 = 200;
+const BENCHES: u64 = 400;
 /// Benches of the short one: a number that is wrong in most of its intervals is found.
 const FEW: u64 = 6;
 
