@@ -1,5 +1,6 @@
 //! Checks of tables that devices share.
 
+use taxel_numerics::least_squares::linear;
 use taxel_recording::InputError;
 
 use crate::readings::ReadingTable;
@@ -93,6 +94,66 @@ pub(crate) fn is_second(
         [true, true] => Err(table.error(column, both, help)),
         [false, false] => Err(table.error(column, neither, help)),
     }
+}
+
+/// Fewer readings than these, and a line is no sign of a dead channel.
+const LEAST_TO_FOLLOW: usize = 12;
+/// A signal of which a line through the loads explains no more than three times what it would
+/// of noise, and no more than this share of its variance, does not follow them.
+const FOLLOWS: f64 = 0.1;
+
+/// Refuses a signal that does not follow the loads at all: a dead channel, which would bias what
+/// it shares with others. `name` says of what it is; a row has its loads and the signal, all of
+/// any unit.
+///
+/// # Errors
+/// The channel, and how little of its signal the loads explain.
+pub(crate) fn follows<const N: usize>(
+    table: &ReadingTable,
+    column: &str,
+    name: &str,
+    rows: &[([f64; N], f64)],
+) -> Result<(), InputError> {
+    let count = rows.len() as f64;
+    let mean = rows.iter().map(|(_, signal)| signal).sum::<f64>() / count;
+    let target: Vec<f64> = rows.iter().map(|(_, signal)| signal - mean).collect();
+    // Loads that do not change explain nothing.
+    let changes = |axis: &usize| {
+        rows.iter()
+            .any(|(loads, _)| loads[*axis] != rows[0].0[*axis])
+    };
+    let axes: Vec<usize> = (0..N).filter(changes).collect();
+    if rows.len() < LEAST_TO_FOLLOW || axes.is_empty() {
+        return Ok(());
+    }
+    let row = |(loads, _): &([f64; N], f64)| -> Vec<f64> {
+        let moved = axes.iter().map(|axis| loads[*axis]);
+        moved.chain([1.0]).collect()
+    };
+    let design: Vec<Vec<f64>> = rows.iter().map(row).collect();
+    let Some(line) = linear::solve(&design, &target) else {
+        return Ok(());
+    };
+    let all: f64 = target.iter().map(|off| off * off).sum();
+    // A signal that never changes has the rounding of its mean as its variance.
+    let still = all <= count * (1e-12 * mean).powi(2);
+    let explained = if still { 0.0 } else { 1.0 - line.misfit / all };
+    if explained > FOLLOWS.min(3.0 * axes.len() as f64 / count) {
+        return Ok(());
+    }
+    let message = if still {
+        format!(
+            "{name} reads the same in all {} rows, whatever the load",
+            rows.len()
+        )
+    } else {
+        format!(
+            "{name} does not follow the load: it explains {:.1} % of what the signal does",
+            100.0 * explained
+        )
+    };
+    let help = "the channel is dead or not connected: measure again, or leave its rows out";
+    Err(table.error(column, message, help))
 }
 
 /// Signal at rest of pairs of load and signal: the mean at the least loads.

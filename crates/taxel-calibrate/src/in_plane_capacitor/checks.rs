@@ -11,7 +11,7 @@ use crate::loads::{LEAST_SPAN, Loads, span};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, turns};
-use crate::table_checks::{at_rest, of_this_device, pressing, right_prefix};
+use crate::table_checks::{at_rest, follows, of_this_device, pressing, right_prefix};
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
 use taxel_numerics::least_squares::Fit;
@@ -195,6 +195,8 @@ impl InPlaneCalibrator<'_> {
             ("displacement", "displacement", most)
         };
         pressing(data, column, what, most)?;
+        let rows: Vec<_> = of.iter().map(|r| ([r.drive()], r.capacitance)).collect();
+        follows(data, "capacitance", self.name(sensor), &rows)?;
         let (rest, drawn) = (rest_of(readings, sensor), model.rest_capacitance());
         let expected = format!(", {:.3} fF at rest", drawn * 1e15);
         right_prefix(data, "capacitance", rest / drawn, &expected)?;

@@ -13,7 +13,7 @@ use crate::loads::{LEAST_SPAN, Loads};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series, series_of};
-use crate::table_checks::{at_rest, of_this_device, pressing};
+use crate::table_checks::{at_rest, follows, of_this_device, pressing};
 use taxel::signal::ResistanceSignal;
 use taxel_recording::InputError;
 
@@ -131,6 +131,13 @@ impl MicrochannelCalibrator<'_> {
                 end_of(signal)
             );
             return Err(data.error(name, message, "give both in each row"));
+        }
+        for of in by_series(&readings) {
+            let rows: Vec<_> = of
+                .iter()
+                .map(|r| ([r.load.pressure(0.0) * r.share], r.signal))
+                .collect();
+            follows(data, name, &format!("{CHANNEL} {}", of[0].channel), &rows)?;
         }
         let unsaturated: Vec<Reading> = readings.iter().filter(|r| !r.saturated).copied().collect();
         self.units(data, &unsaturated)?;

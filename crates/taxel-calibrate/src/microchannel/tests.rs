@@ -626,3 +626,31 @@ fn plateaus_of_many_readings_are_found() {
         });
     }
 }
+
+/// A channel that reads one voltage, with noise or without, would bias what it shares with others.
+#[test]
+fn a_channel_that_does_not_follow_the_load_is_refused() {
+    let sensor = Sensor::shipped("liquid-metal-2x4").unwrap();
+    with(&sensor, |calibrator| {
+        let text = calibrator.synthetic(&quiet());
+        let error = |noise: f64| {
+            let mut random = taxel_numerics::Noise::seeded(4);
+            let of_line = |line: &str| {
+                let mut fields: Vec<String> = line.split(',').map(String::from).collect();
+                if fields.get(1).is_some_and(|channel| channel == "2") {
+                    fields[3] = format!("{:.6}", 330.0 + noise * random.normal());
+                }
+                fields.join(",") + "\n"
+            };
+            let table = parse(calibrator, &text.lines().map(of_line).collect::<String>());
+            let done = calibrator.calibrate(&table, &CalibrateOptions::default());
+            done.unwrap_err().to_string()
+        };
+        let (still, noisy) = (error(0.0), error(0.5));
+        assert!(still.contains("channel 2 reads the same in all"), "{still}");
+        assert!(
+            noisy.contains("channel 2 does not follow the load"),
+            "{noisy}"
+        );
+    });
+}

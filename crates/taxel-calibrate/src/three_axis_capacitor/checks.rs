@@ -12,7 +12,7 @@ use crate::loads::{LEAST_SPAN, Loads};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{branches, by_series, turns};
-use crate::table_checks::{is_second, of_this_device, right_prefix};
+use crate::table_checks::{follows, is_second, of_this_device, right_prefix};
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::signal::Position;
 use taxel::transduction::UnitModel;
@@ -184,6 +184,9 @@ impl ThreeAxisCalibrator<'_> {
         let (rest, drawn) = (rest_of(of), self.drawn.rest());
         for (i, capacitor) in CAPACITORS.iter().enumerate() {
             let column = format!("capacitance_{capacitor}");
+            let rows: Vec<_> = of.iter().map(|r| (r.force, r.capacitance[i])).collect();
+            let name = format!("{}: capacitor {capacitor}", in_words(of));
+            follows(data, &column, &name, &rows)?;
             right_prefix(data, &column, rest[i] / drawn[i], "")?;
             let name = format!("{}: capacitor {capacitor} has ", in_words(of));
             let words = |c: f64| format!("{:.1} fF", c * 1e15);

@@ -240,7 +240,7 @@ fn the_surroundings_of_the_drawing_count_as_a_measurement() {
         // 199.6 and 213.65 fF beside 204.45 fF, before the corners.
         let words = "add -4.8 to 9.2 fF to the edges";
         assert!(told(&by_drawing, words), "{:?}", by_drawing.remarks);
-        assert!(told(&by_drawing, "of 2.2 fF with a deviation of 4.0 fF"));
+        assert!(told(&by_drawing, "of 2.2 fF with a deviation of 4.1 fF"));
         assert!(!told(&by_drawing, "do not explain"));
         let known = |parallel: f64, deviation: f64| {
             let mut lines = text.lines();
@@ -262,10 +262,10 @@ fn the_surroundings_of_the_drawing_count_as_a_measurement() {
         assert!(deviation(&by_drawing) <= 4.1 * FF);
         assert!(deviation(&open) > 3.0 * deviation(&by_drawing));
         assert!(!told(&open, words));
-        // The same numbers in the table are the same fit.
-        let typed = known(2.2, 7.0);
-        let off = deviation(&typed) / deviation(&by_drawing) - 1.0;
-        assert!(off.abs() < 0.01, "{off}");
+        // Measured each by itself, the mean of the four is known twice as well.
+        let typed = known(2.2, 4.06);
+        let ratio = deviation(&by_drawing) / deviation(&typed);
+        assert!(ratio > 1.5, "{ratio}");
         // Leads of 40 fF that a long sweep with a fine gauge sees.
         let mut leads = calibrator.drawn;
         leads.plates.parallel_capacitance = [40.0 * FF; 4];
@@ -514,6 +514,21 @@ fn swapped_channels_and_wrong_units_are_named() {
         }
         let error = of(&renamed(&text, ["force_x [mN]", "force_y [mN]"]));
         assert!(error.contains("force_x and force_y are swapped"), "{error}");
+        let dead = |line: &str| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            if let Some(field) = fields
+                .get_mut(7)
+                .filter(|field| field.parse::<f64>().is_ok())
+            {
+                *field = "170.2";
+            }
+            fields.join(",") + "\n"
+        };
+        let error = of(&text.lines().map(dead).collect::<String>());
+        assert!(
+            error.contains("capacitor 12 reads the same in all"),
+            "{error}"
+        );
         let few: Vec<&str> = text.lines().take(30).collect();
         for (text, message) in [
             (few.join("\n"), "at least 12 are needed"),
