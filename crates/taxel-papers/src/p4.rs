@@ -441,7 +441,11 @@ fn point_and_distributed(
         let answer = predictor.predict(pressure, along / length);
         answer.map_or([f64::NAN; 3], |answer| {
             let upper = &answer.layers[1];
-            [pressure, upper.change, 1.0 - upper.loaded.area_ratio]
+            [
+                pressure,
+                upper.change,
+                1.0 - upper.parts[0].loaded.area_ratio,
+            ]
         })
     };
     let [point, even] = [

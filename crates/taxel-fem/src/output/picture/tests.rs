@@ -197,6 +197,7 @@ fn a_void_cell_to_look_at() {
         smallest: 10.0,
         growth: 2.0,
         largest: 80.0,
+        shape: VoidShape::Rectangle,
     };
     let mesh = layer.mesh().unwrap();
     let distance: Vec<f64> = (0..mesh.cell_count())
