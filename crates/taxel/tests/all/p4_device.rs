@@ -573,7 +573,7 @@ fn two_loads_at_once_are_one_number_in_prediction_and_twin() {
     let both = of(&format!("p=3 kPa, share={share}, p2=5 kPa, share2={share}"));
     let alone = of(&format!("p=5 kPa, share={share}"));
     // A row carries both, each column one.
-    let count = |answer: &dyn Fn(&str) -> f64, layer: &str| answer(&format!("{layer}_count"));
+    let count = |answer: &dyn Fn(&str) -> f64, layer: &str| answer(&format!("{layer}_counts"));
     assert!((frame.values[0] - count(&both, "row")).abs() <= 1.0);
     assert!((frame.values[5] - count(&alone, "column")).abs() <= 1.0);
     // Each part closes by its own pressure, with the liquid of both.
