@@ -2,7 +2,7 @@
 
 use super::bars::{number, round_step};
 use super::*;
-use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell};
+use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell, VoidShape};
 
 fn plate() -> Mesh {
     let axis = |n| Axis::uniform(0.0, 1.0, n).unwrap();
