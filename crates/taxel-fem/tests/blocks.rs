@@ -217,3 +217,60 @@ fn a_pressed_unit_touches_at_the_corner_next_to_the_walls() {
     assert!(gain(&touch, &beyond) < 0.7 * gain(&small, &touch));
     assert!(beyond.capacitance > touch.capacitance);
 }
+
+/// The unit of P2, of 1 MPa: half lengths, m.
+const UNIT: BumpBlock = BumpBlock {
+    half: 1000e-6,
+    cavity: [50e-6, 650e-6],
+    plate: [150e-6, 550e-6],
+    plate_thickness: 20e-6,
+    lower: 300e-6,
+    insulation: 6e-6,
+    air: 6e-6,
+    upper: 400e-6,
+    bump: 300e-6,
+    bump_half: [350e-6, 137.9e-6],
+    in_row: false,
+};
+
+/// Closings on cells that double away from the edges of plates, walls and the foot of the bump:
+/// another way to the limit than equal cells. Printed are the compliances of 1 MPa in um/mN, the
+/// downward force of a bar that sticks to the lowest strip, and k sealed at 2 MPa, kN/m.
+#[test]
+#[ignore = "long: cargo test --release -p taxel-fem --test blocks -- --ignored --nocapture graded"]
+fn the_unit_of_p2_on_graded_cells() {
+    let solids = [linear(1e6, 0.49), linear(117e9, 0.34)];
+    let mut closings = Vec::new();
+    for smallest in [40e-6, 20e-6, 10e-6, 5e-6] {
+        let mesh = UNIT.graded_mesh(smallest).unwrap();
+        let cells = mesh.cell_count();
+        let answer = UNIT.solve_on(mesh, solids, BlockSides::Free).unwrap();
+        let sealed = {
+            let air = 101.3e3 / answer.cavity;
+            let lost = 1e6 * answer.pressure.opening * 1e6 * answer.normal.volume * air;
+            let kept = lost / (2e6 + 1e6 * answer.pressure.volume * air);
+            2e6 / (1e6 * answer.normal.closing - kept)
+        };
+        println!(
+            "smallest {:.0} um, {cells} cells, {} unknowns: c_zz {:.4}, c_xx {:.4}, stick {:.4} {:.4} {:.4} {:.4}, \
+             sealed {:.3} kN/m, hottest {:.3}",
+            1e6 * smallest,
+            answer.unknowns,
+            1e3 * answer.normal.closing,
+            2e3 * answer.side.closing,
+            -answer.strips[0].rise[0] / answer.strips[0].rise[1],
+            -answer.strips[1].rise[0] / answer.strips[1].rise[1],
+            -answer.strips[2].rise[0] / answer.strips[2].rise[1],
+            -answer.strips[3].rise[0] / answer.strips[3].rise[1],
+            1e-3 * sealed,
+            answer.normal.hottest,
+        );
+        closings.push(1e3 * answer.normal.closing);
+    }
+    // Halving the smallest cell adds less each time.
+    let steps: Vec<f64> = closings.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(
+        steps.windows(2).all(|pair| pair[1] < pair[0]),
+        "{closings:?}"
+    );
+}

@@ -324,13 +324,30 @@ fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
     ours.holds("linear_voltage", worst < 0.05)
         .with("end", end)
         .with("chord", 100.0 * worst);
-    let change = 100.0 * 0.01 * low / (divider.slope(rest) * rest);
-    ours.words("neighbour").with("change", change);
+    pad_and_neighbour(ours, divider, rest, low);
     let lower_is_weaker = predictor
         .predict(20e3, 1.0)
         .is_ok_and(|answer| answer.layers[0].change < answer.layers[1].change);
     ours.holds("lower_responds_less", lower_is_weaker);
     saturation(ours, divider, rest);
+}
+
+/// A pad on one of 2 x 2 crossings, from the run `neighbour`, at the printed resistance.
+fn pad_and_neighbour(ours: &mut Ours, divider: &VoltageDivider, rest: f64, low: f64) {
+    // Share of the voltage per share of the resistance.
+    let per = divider.slope(rest) * rest / low;
+    let printed = ours.printed("neighbour", 0);
+    let change = printed / per;
+    let run = ours.table.run("neighbour").map(|run| &run.values);
+    let of = |name: &str| run.and_then(|values| values.get(name).copied());
+    let (Some(beside), Some(force)) = (of("beside"), of("force")) else {
+        return;
+    };
+    let scale = ours.printed("pressed_force", 0) / force;
+    // Printed is a decrease.
+    ours.number("neighbour", -per * beside)
+        .with("change", change);
+    ours.number("pressed_force", force).with("scale", scale);
 }
 
 fn saturation(ours: &mut Ours, divider: &VoltageDivider, rest: f64) {
@@ -441,7 +458,11 @@ fn point_and_distributed(
         let answer = predictor.predict(pressure, along / length);
         answer.map_or([f64::NAN; 3], |answer| {
             let upper = &answer.layers[1];
-            [pressure, upper.change, 1.0 - upper.loaded.area_ratio]
+            [
+                pressure,
+                upper.change,
+                1.0 - upper.parts[0].loaded.area_ratio,
+            ]
         })
     };
     let [point, even] = [

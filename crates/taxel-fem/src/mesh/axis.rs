@@ -143,6 +143,16 @@ impl Axis {
 }
 
 impl Grading {
+    /// The division of the mirrored interval.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::FromStart(growth) => Self::FromEnd(growth),
+            Self::FromEnd(growth) => Self::FromStart(growth),
+            other => other,
+        }
+    }
+
     /// Sizes of the cells on an interval of this length.
     fn sizes(self, length: f64) -> Result<Vec<f64>, MeshError> {
         match self {

@@ -2,6 +2,7 @@
 
 use super::Mesh;
 use super::axis::{Axis, Grading, Growth};
+use super::ellipse::{Ellipse, VoidShape};
 use super::error::{MeshError, in_range};
 use super::structured::Grid3;
 
@@ -33,6 +34,8 @@ pub struct CrossingVoids {
     pub growth: f64,
     /// Largest cell, in the unit of the lengths; infinity for no limit.
     pub largest: f64,
+    /// Cross-section of all voids.
+    pub shape: VoidShape,
 }
 
 impl CrossingVoids {
@@ -48,10 +51,42 @@ impl CrossingVoids {
         let towards_wall = [Grading::FromEnd(growth), Grading::FromStart(growth)];
         let across = Axis::new(&[0.0, wall, middle], &towards_wall)?;
         let all = [0.0, middle];
-        Grid3::new([across.clone(), across, up], "solid")
+        let mut mesh = Grid3::new([across.clone(), across, up], "solid")
             .void("upper", [all, [0.0, wall], voids[0]])
             .void("lower", [[0.0, wall], all, voids[1]])
-            .mesh()
+            .mesh()?;
+        if self.shape == VoidShape::Ellipse {
+            for (row, levels) in voids.into_iter().enumerate() {
+                self.round(&mut mesh, row, levels, &|_| (0.0, middle - wall));
+            }
+        }
+        Ok(mesh)
+    }
+
+    /// Makes the voids of a row (upper, lower) between two levels elliptic; `void` gives the middle
+    /// of the void that a place across the row belongs to, and the solid beside that void there.
+    pub(super) fn round(
+        &self,
+        mesh: &mut Mesh,
+        row: usize,
+        levels: [f64; 2],
+        void: &dyn Fn(f64) -> (f64, f64),
+    ) {
+        let half = [0.5 * self.width, 0.5 * (levels[1] - levels[0])];
+        let height = levels[0] + half[1];
+        // The solid between the rows is shared in its middle.
+        let room = match row {
+            0 => [self.cover, 0.5 * self.between],
+            _ => [0.5 * self.between, self.base],
+        };
+        let across = 1 - row;
+        for point in &mut mesh.points {
+            let (middle, beside) = void(point[across]);
+            let ellipse = Ellipse { half, beside, room };
+            let [x, y] = ellipse.place([point[across] - middle, point[2] - height]);
+            point[across] = middle + x;
+            point[2] = height + y;
+        }
     }
 
     /// Growth of cells away from the edges of the voids.
@@ -117,6 +152,7 @@ mod tests {
             smallest: 10.0,
             growth: 2.0,
             largest: 80.0,
+            shape: VoidShape::Rectangle,
         };
         let mesh = layer.mesh().unwrap();
         let volume: f64 = (0..mesh.cell_count())
@@ -137,6 +173,40 @@ mod tests {
     }
 
     #[test]
+    fn elliptic_voids_have_the_area_of_ellipses_and_leave_the_outer_sides() {
+        let layer = CrossingVoids {
+            width: 100.0,
+            pitch: 300.0,
+            base: 100.0,
+            lower: 60.0,
+            between: 80.0,
+            upper: 100.0,
+            cover: 50.0,
+            smallest: 25.0,
+            growth: 2.0,
+            largest: 80.0,
+            shape: VoidShape::Ellipse,
+        };
+        let mesh = layer.mesh().unwrap();
+        let volumes = (0..mesh.cell_count()).map(|cell| measure(&mesh, cell));
+        let volume: f64 = volumes
+            .inspect(|volume| assert!(*volume > 0.0, "a cell inside out"))
+            .sum();
+        let ellipses = 0.5 * std::f64::consts::FRAC_PI_4 * 100.0 * (60.0 + 100.0) * 150.0;
+        let exact = 150.0 * 150.0 * 390.0 - ellipses;
+        // Quadratic edges for arcs.
+        assert!((volume / exact - 1.0).abs() < 1e-4, "{volume} {exact}");
+        for node in mesh.nodes_of("upper").unwrap() {
+            let [_, y, z] = mesh.points[node as usize];
+            let off = (y / 50.0).hypot((z - 290.0) / 50.0) - 1.0;
+            assert!(off.abs() < 1e-12, "{y} {z}");
+        }
+        for node in mesh.nodes_of("top").unwrap() {
+            assert_eq!(mesh.points[node as usize][2], 390.0);
+        }
+    }
+
+    #[test]
     fn a_pitch_not_wider_than_the_void_is_refused() {
         let layer = CrossingVoids {
             width: 2.0,
@@ -149,6 +219,7 @@ mod tests {
             smallest: 0.5,
             growth: 2.0,
             largest: f64::INFINITY,
+            shape: VoidShape::Rectangle,
         };
         assert!(matches!(layer.mesh(), Err(MeshError::NoWall { .. })));
         let nan = CrossingVoids {

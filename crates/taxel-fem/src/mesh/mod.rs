@@ -7,6 +7,7 @@
 mod axis;
 mod cell;
 mod crossing_voids;
+mod ellipse;
 mod error;
 pub mod gmsh;
 mod join;
@@ -21,10 +22,11 @@ mod void_cell;
 pub use axis::{Axis, Grading, Growth};
 pub use cell::{CellShape, FacetShape, QuadraturePoint, Shapes};
 pub use crossing_voids::CrossingVoids;
+pub use ellipse::VoidShape;
 pub use error::MeshError;
 pub use promote::LowerCell;
 pub use structured::{Grid, Grid2, Grid3, Part};
-pub use void_block::{Footprint, VOID_ROWS, VoidBlock};
+pub use void_block::{Footprint, FootprintShape, VOID_ROWS, VoidBlock};
 pub use void_cell::{CornerDivision, VoidCell};
 
 use std::collections::BTreeMap;

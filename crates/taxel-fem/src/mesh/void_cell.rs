@@ -1,6 +1,7 @@
 //! Half of one cell of a layer with a row of rectangular voids, refined to their corners.
 
 use super::axis::{Axis, Grading, Growth};
+use super::ellipse::Ellipse;
 use super::error::{MeshError, in_range};
 use super::patchwork::{Patchwork, between};
 use super::{Facet, Mesh};
@@ -149,26 +150,14 @@ impl VoidCell {
         let mut mesh = sharp.mesh()?;
         let half = [0.5 * self.width, 0.5 * self.height];
         let middle = self.base + half[1];
-        let beyond = 0.5 * self.pitch - half[0];
-        // Of the parameter from the top of the ellipse to its side.
-        let corner = std::f64::consts::FRAC_PI_2 * half[0] / (half[0] + half[1]);
+        let ellipse = Ellipse {
+            half,
+            beside: 0.5 * self.pitch - half[0],
+            room: [self.cover, self.base],
+        };
         for point in &mut mesh.points {
-            let [x, y] = [point[0], point[1] - middle];
-            let room = if y > 0.0 { self.cover } else { self.base };
-            // Of the rectangle the nearest point, as shares of its half sides.
-            let along = (x / half[0]).min(1.0);
-            let up = (y.abs() / half[1]).min(1.0);
-            let angle = if y.abs() >= half[1] {
-                corner * along
-            } else {
-                std::f64::consts::FRAC_PI_2 - (std::f64::consts::FRAC_PI_2 - corner) * up
-            };
-            let on_wall = [half[0] * along, half[1] * up];
-            let stays = (1.0 - (x - half[0]).max(0.0) / beyond)
-                * (1.0 - (y.abs() - half[1]).max(0.0) / room);
-            let [sine, cosine] = [angle.sin(), angle.cos()];
-            point[0] += stays * (half[0] * sine - on_wall[0]);
-            point[1] += y.signum() * stays * (half[1] * cosine - on_wall[1]);
+            let [x, y] = ellipse.place([point[0], point[1] - middle]);
+            (point[0], point[1]) = (x, middle + y);
         }
         Ok(mesh)
     }

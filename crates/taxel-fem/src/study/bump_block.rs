@@ -14,7 +14,7 @@ pub use pressed::{Pressed, PressedBlock, PressedPath};
 use half::{Half, Mirror};
 
 use crate::material::{Law, Material, Volumetric};
-use crate::mesh::{Axis, Facet, Grading, Grid3, Mesh, MeshError, Part};
+use crate::mesh::{Axis, Facet, Grading, Grid3, Growth, Mesh, MeshError, Part};
 use crate::problem::ProblemError;
 use crate::solver::failure::{Failure, Reason};
 
@@ -164,6 +164,35 @@ impl BumpBlock {
     /// # Errors
     /// [`MeshError`] for lengths that make no block.
     pub fn mesh(&self, division: BlockDivision) -> Result<Mesh, MeshError> {
+        let [lower, upper, strip] = division.upward.map(Grading::Uniform);
+        self.mesh_by(
+            division.across.map(Grading::Uniform),
+            [lower, upper, strip, strip],
+        )
+    }
+
+    /// The same with cells that double away from the edges of plates and cavities and from the
+    /// foot of the bump, where the smallest has this size, m. Not of a row.
+    ///
+    /// # Errors
+    /// As [`Self::mesh`].
+    pub fn graded_mesh(&self, smallest: f64) -> Result<Mesh, MeshError> {
+        let growth = Growth::doubling(smallest);
+        let both = Grading::FromBoth(growth);
+        let (from_start, from_end) = (Grading::FromStart(growth), Grading::FromEnd(growth));
+        self.mesh_by(
+            [from_end, both, both, both, both, from_start],
+            [from_end, both, from_start, Grading::Uniform(1)],
+        )
+    }
+
+    /// The mesh with these cells: across as [`BlockDivision::across`]; upward the lower layer, the
+    /// upper one, the lowest strip of the bump and each other one.
+    fn mesh_by(
+        &self,
+        across_cells: [Grading; 6],
+        [lower, upper, foot, strip]: [Grading; 4],
+    ) -> Result<Mesh, MeshError> {
         let middle = self.bump_half[0];
         let marks = [
             0.0,
@@ -174,14 +203,12 @@ impl BumpBlock {
             self.cavity[1],
             self.half,
         ];
-        let across = Axis::new(&marks, &division.across.map(Grading::Uniform))?;
-        let along = self.along(&marks, &division.across)?;
-        let [lower, upper, strip] = division.upward;
-        let [lower, upper, bump] = [lower, upper, STRIPS * strip].map(Grading::Uniform);
+        let across = Axis::new(&marks, &across_cells)?;
+        let along = self.along(&marks, &across_cells)?;
         let thin = Grading::Uniform(1);
         let floor = -self.air;
         let below = floor - self.insulation;
-        let heights = [
+        let mut heights = vec![
             below - self.lower,
             below - self.plate_thickness,
             below,
@@ -189,9 +216,12 @@ impl BumpBlock {
             0.0,
             self.plate_thickness,
             self.upper,
-            self.upper + self.bump,
         ];
-        let up = Axis::new(&heights, &[lower, thin, thin, thin, thin, upper, bump])?;
+        let strips = (1..=STRIPS).map(|strip| strip as f64 / STRIPS as f64);
+        heights.extend(strips.map(|share| self.upper + self.bump * share));
+        let mut cells = vec![lower, thin, thin, thin, thin, upper, foot];
+        cells.resize(heights.len() - 1, strip);
+        let up = Axis::new(&heights, &cells)?;
         let within = |x: f64, [low, high]: [f64; 2]| low < x && x < high;
         let part = |[x, y, z]: [f64; 3]| {
             let (x, centre) = self.across_axis(x);
@@ -258,17 +288,17 @@ impl BumpBlock {
 
     /// Axis along x: marks and cells of the block, then those of the next one, which lie like
     /// the block and its mirror image.
-    fn along(&self, marks: &[f64], cells: &[usize]) -> Result<Axis, MeshError> {
+    fn along(&self, marks: &[f64], cells: &[Grading]) -> Result<Axis, MeshError> {
         let (mut marks, mut cells) = (marks.to_vec(), cells.to_vec());
         if self.in_row {
             let (own, counts) = (marks.clone(), cells.clone());
             let centre = 2.0 * self.half;
             let back = own.iter().rev().skip(1).map(|mark| centre - mark);
             marks.extend(back.chain(own.iter().skip(1).map(|mark| centre + mark)));
-            cells.extend(counts.iter().rev().chain(&counts));
+            let mirrored = counts.iter().rev().map(|cells| cells.mirrored());
+            cells.extend(mirrored.chain(counts.iter().copied()));
         }
-        let gradings: Vec<_> = cells.into_iter().map(Grading::Uniform).collect();
-        Axis::new(&marks, &gradings)
+        Axis::new(&marks, &cells)
     }
 
     /// Solves a block whose cavities each keep a gas, under a force on the top: closing between
@@ -303,6 +333,19 @@ impl BumpBlock {
         let mesh = self
             .mesh(division)
             .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        self.solve_on(mesh, solids, sides)
+    }
+
+    /// The same on a mesh of this block.
+    ///
+    /// # Errors
+    /// [`Failure`] when the solution fails.
+    pub fn solve_on(
+        &self,
+        mesh: Mesh,
+        solids: [Material; 2],
+        sides: BlockSides,
+    ) -> Result<BlockAnswer, Failure> {
         let same = Half::solve(self, mesh.clone(), solids, sides, Mirror::Same)?;
         let opposite = Half::solve(self, mesh, solids, sides, Mirror::Opposite)?;
         let top = |half: &Half<'_>| {

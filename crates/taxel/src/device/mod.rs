@@ -33,7 +33,7 @@ pub use in_plane_capacitor::{
 pub use measured_force::{MeasuredForceArray, MeasuredForcePrediction, MeasuredForcePredictor};
 pub use microchannel::{
     LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
-    MicrochannelPredictor,
+    MicrochannelPredictor, PartAnswer,
 };
 pub use piezoelectric::{
     Drive, PiezoelectricArray, PiezoelectricPredictor, PlaceInformation, PlacedContact, TestAnswer,

@@ -29,8 +29,11 @@ pub struct Crossing {
     pub thickest: [f64; 2],
     /// Resistance of a conductor in the void over that at rest, by its sections.
     pub resistance_ratio: [f64; 2],
-    /// Smallest distance between roof and floor, m.
+    /// Smallest distance between roof and floor, m; of an elliptic void where they are at least
+    /// half its height apart at rest.
     pub gap: [f64; 2],
+    /// The same at rest.
+    pub rest_gap: [f64; 2],
     /// Greatest von Mises stress, Pa.
     pub stress: f64,
 }
@@ -98,8 +101,7 @@ impl CrossingStudy {
             let walls = roof_on_floor(&problem.mesh, name, material.law().shear_modulus(), contact);
             problem.contacts.push(Contact::Walls(walls));
         }
-        let at = lattice_points();
-        let facing = ROWS.map(|(name, _)| roof_above_floor(&problem.mesh, name, &at));
+        let facing = ROWS.map(|(name, _)| facing_in_the_middle(&problem.mesh, name));
         Ok(Solver::new(problem).map(|solver| Self {
             solver,
             top,
@@ -136,6 +138,7 @@ impl CrossingStudy {
             thickest: [0.0; 2],
             resistance_ratio: [0.0; 2],
             gap: [0.0; 2],
+            rest_gap: [0.0; 2],
             stress: self
                 .solver
                 .greatest_stress()
@@ -159,8 +162,8 @@ impl CrossingStudy {
             crossing.thickest[row] = ratios.fold(0.0, f64::max);
             crossing.resistance_ratio[row] =
                 slender_resistance(1.0, &now) / slender_resistance(1.0, &rest);
-            let gaps = self.facing[row].iter().map(|pair| pair.gap(&places));
-            crossing.gap[row] = gaps.fold(f64::INFINITY, f64::min);
+            crossing.gap[row] = gap_of(&self.facing[row], &places, f64::min);
+            crossing.rest_gap[row] = gap_of(&self.facing[row], &mesh.points, f64::min);
         }
         Ok(crossing)
     }
@@ -195,11 +198,27 @@ pub(super) fn roof_above_floor(mesh: &Mesh, name: &str, at: &[QuadraturePoint]) 
     facing_pairs(mesh, floor.map_or(&[], Vec::as_slice), roof, at)
 }
 
+/// Pairs of roof and floor close to each other, where the gap is looked at: of a round void those at
+/// least half as far apart as in its middle, of a rectangular one all.
+pub(super) fn facing_in_the_middle(mesh: &Mesh, name: &str) -> Vec<WallPoint> {
+    let mut facing = roof_above_floor(mesh, name, &lattice_points());
+    let height = gap_of(&facing, &mesh.points, f64::max);
+    facing.retain(|pair| pair.gap(&mesh.points) >= 0.5 * height);
+    facing
+}
+
+/// Least or greatest gap of pairs at these places.
+fn gap_of(facing: &[WallPoint], places: &[[f64; 3]], better: fn(f64, f64) -> f64) -> f64 {
+    let gaps = facing.iter().map(|pair| pair.gap(places));
+    gaps.reduce(better).unwrap_or(f64::INFINITY)
+}
+
 /// The contact of roof and floor.
 pub(super) fn roof_on_floor(mesh: &Mesh, name: &str, shear: f64, contact: WallContact) -> Walls {
     let points = roof_above_floor(mesh, name, &FacetShape::Quad9.quadrature());
     let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
-    let height = gaps.fold(f64::INFINITY, f64::min);
+    // A round void is less high toward its sides.
+    let height = gaps.fold(0.0, f64::max);
     Walls {
         points,
         stiffness: contact.opposite * shear / height,

@@ -1,5 +1,5 @@
-//! A block with two crossing rows of voids under a pressure on a part of its top, or
-//! under a round punch.
+//! A block with two crossing rows of voids under pressures on parts of its top, or
+//! under round punches.
 //!
 //! The voids run through to the sides of the block. There each is closed by a cap that
 //! has no stiffness and passes nothing on: the block is as a piece cut out of a sheet,
@@ -8,9 +8,8 @@
 
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
-use taxel_fem::mesh::{VOID_ROWS, VoidBlock};
+use taxel_fem::mesh::{Footprint, VOID_ROWS, VoidBlock};
 use taxel_fem::problem::Kinematics;
-use taxel_fem::problem::contact::lattice_points;
 use taxel_fem::problem::{
     Cavity, Contact, Motion, Obstacle, Parameter, Pressure, Problem, ProblemError, Quantity, Rule,
     Shape, WallPoint,
@@ -18,7 +17,7 @@ use taxel_fem::problem::{
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-use super::crossing_microchannels::{roof_above_floor, roof_on_floor, rule};
+use super::crossing_microchannels::{facing_in_the_middle, roof_on_floor, rule};
 use super::microchannel_cell::{Filling, WallContact};
 
 /// Support of the sides of a block.
@@ -56,20 +55,21 @@ pub struct BlockVoid {
     pub rim: f64,
     /// Resistance of a conductor in the void over that at rest, by its sections.
     pub resistance_ratio: f64,
-    /// Smallest distance between roof and floor, m.
+    /// Smallest distance between roof and floor, m; of an elliptic void where they are at least
+    /// half its height apart at rest.
     pub gap: f64,
 }
 
 /// A block at one load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockState {
-    /// Pressure on the footprint, Pa, or depth of the punch, m.
-    pub drive: f64,
+    /// Pressure on each footprint, Pa, or depth of each punch, m.
+    pub drives: Vec<f64>,
     /// Force on the whole block, from the support below, N.
     pub force: f64,
-    /// Distance from the axis of the punch to the farthest point that touches it, before
-    /// deformation, m; zero without a punch.
-    pub contact_radius: f64,
+    /// Distance from the axis of each punch to the farthest point that touches it, before
+    /// deformation, m; zero of a pressure.
+    pub contact_radii: Vec<f64>,
     /// Greatest von Mises stress, Pa.
     pub stress: f64,
     /// All upper voids, in the order of y, and all lower ones, in the order of x.
@@ -81,8 +81,8 @@ pub struct BlockStudy {
     /// The problem being solved.
     pub solver: Solver,
     block: VoidBlock,
-    load: BlockLoad,
-    drive: Parameter,
+    loads: Vec<BlockLoad>,
+    drives: Vec<Parameter>,
     voids: Vec<MeshedVoid>,
 }
 
@@ -98,14 +98,15 @@ struct MeshedVoid {
 }
 
 impl BlockStudy {
-    /// Poses the problem; `fillings` of the upper and of the lower voids.
+    /// Poses the problem; a load for each footprint, `fillings` of the upper and of the lower
+    /// voids.
     ///
     /// # Errors
     /// When the lengths make no block.
     pub fn new(
         block: VoidBlock,
         sides: Sides,
-        load: BlockLoad,
+        loads: &[BlockLoad],
         material: Material,
         fillings: [&Filling; 2],
         contact: WallContact,
@@ -119,56 +120,54 @@ impl BlockStudy {
             hold(&mut problem, &block, sides)?;
             let shear = material.law().shear_modulus();
             let voids = add_voids(&mut problem, &block, fillings, (shear, contact))?;
-            let drive = match load {
-                BlockLoad::Pressure => add_pressure(&mut problem)?,
-                BlockLoad::Punch(rim) => add_punch(&mut problem, &block, rim, (shear, contact))?,
-            };
-            Ok((problem, voids, drive))
+            let drives = loads
+                .iter()
+                .enumerate()
+                .map(|(number, load)| match *load {
+                    BlockLoad::Pressure => add_pressure(&mut problem, number),
+                    BlockLoad::Punch(rim) => {
+                        let punch = (number, rim);
+                        add_punch(&mut problem, &block, punch, (shear, contact))
+                    }
+                })
+                .collect::<Result<Vec<_>, _>>()?;
+            Ok((problem, voids, drives))
         };
-        let (problem, voids, drive) =
+        let (problem, voids, drives) =
             pose().map_err(|error: ProblemError| Failure::at_start(error.into()))?;
         let mut solver = Solver::new(problem)?;
         solver.settings = patient();
-        if load != BlockLoad::Pressure && !(block.is_half(0) && block.is_half(1)) {
+        let punched = loads.iter().any(|load| *load != BlockLoad::Pressure);
+        if punched && !(block.is_half(0) && block.is_half(1)) {
             solver.settings.first_step = BESIDE;
         }
         Ok(Self {
             solver,
             block,
-            load,
-            drive,
+            loads: loads.to_vec(),
+            drives,
             voids,
         })
     }
 
-    /// Raises the pressure on the footprint to a value in Pa, or drives the punch to a
+    /// Raises the pressure on each footprint to a value in Pa, or drives its punch to a
     /// depth in m.
     ///
     /// # Errors
     /// When the solution fails on the way.
-    pub fn drive(&mut self, value: f64) -> Result<BlockState, Failure> {
-        self.drive_heard(value, &mut |_| {})
-    }
-
-    /// The same; `heard` receives the fraction of the way after each step.
-    ///
-    /// # Errors
-    /// As [`Self::drive`].
-    pub fn drive_heard(
-        &mut self,
-        value: f64,
-        heard: &mut dyn FnMut(f64),
-    ) -> Result<BlockState, Failure> {
-        self.load_to(Rule::Given, value, heard)?;
+    pub fn drive(&mut self, values: &[f64]) -> Result<BlockState, Failure> {
+        let given = vec![Rule::Given; values.len()];
+        self.load_to(&given, values, &mut |_| {})?;
         self.state()
     }
 
-    /// Pushes the punch with a force on the whole block in N.
+    /// Presses with a pressure on each footprint in Pa, or a force of its punch on the whole
+    /// block in N.
     ///
     /// # Errors
-    /// When the solution fails on the way, or there is no punch.
-    pub fn push(&mut self, force: f64) -> Result<BlockState, Failure> {
-        self.push_heard(force, &mut |_| {})
+    /// When the solution fails on the way.
+    pub fn push(&mut self, values: &[f64]) -> Result<BlockState, Failure> {
+        self.push_heard(values, &mut |_| {})
     }
 
     /// The same; `heard` receives the fraction of the way after each step.
@@ -177,34 +176,65 @@ impl BlockStudy {
     /// As [`Self::push`].
     pub fn push_heard(
         &mut self,
-        force: f64,
+        values: &[f64],
         heard: &mut dyn FnMut(f64),
     ) -> Result<BlockState, Failure> {
-        if self.solver.state().parameters[self.drive.0] == 0.0 {
+        let of_loads = |of: &dyn Fn(&BlockLoad, Parameter) -> Rule| -> Vec<Rule> {
+            let loads = self.loads.iter().zip(&self.drives);
+            loads.map(|(load, drive)| of(load, *drive)).collect()
+        };
+        let by_force = of_loads(&|load, drive| match load {
+            BlockLoad::Pressure => Rule::Given,
+            BlockLoad::Punch(_) => Rule::Prescribes(Quantity::Force(drive)),
+        });
+        let state = self.solver.state();
+        let touch: Vec<f64> = self
+            .loads
+            .iter()
+            .zip(&self.drives)
+            .map(|(load, drive)| match load {
+                BlockLoad::Pressure => state.parameters[drive.0],
+                BlockLoad::Punch(_) => FIRST_TOUCH * self.block.voids.upper,
+            })
+            .collect();
+        let untouched = |(load, drive): (&BlockLoad, &Parameter)| {
+            *load != BlockLoad::Pressure && state.parameters[drive.0] == 0.0
+        };
+        if self.loads.iter().zip(&self.drives).any(untouched) {
             // Before it touches, no depth answers to a force.
-            self.load_to(
-                Rule::Given,
-                FIRST_TOUCH * self.block.voids.upper,
-                &mut |_| {},
-            )?;
+            let given = vec![Rule::Given; touch.len()];
+            self.load_to(&given, &touch, &mut |_| {})?;
             heard(0.0);
         }
-        let by_force = Rule::Prescribes(Quantity::Force(self.drive));
-        self.load_to(by_force, force / self.copies(), heard)?;
+        let copies = self.copies();
+        let targets: Vec<f64> = self
+            .loads
+            .iter()
+            .zip(values)
+            .map(|(load, value)| match load {
+                BlockLoad::Pressure => *value,
+                BlockLoad::Punch(_) => value / copies,
+            })
+            .collect();
+        self.load_to(&by_force, &targets, heard)?;
         self.state()
     }
 
     fn load_to(
         &mut self,
-        rule: Rule,
-        target: f64,
+        rules: &[Rule],
+        values: &[f64],
         heard: &mut dyn FnMut(f64),
     ) -> Result<(), Failure> {
-        if self.solver.problem().rules()[self.drive.0] != rule {
-            self.solver.set_rule(self.drive, rule)?;
+        for (drive, rule) in self.drives.iter().zip(rules) {
+            if self.solver.problem().rules()[drive.0] != *rule {
+                self.solver.set_rule(*drive, rule.clone())?;
+            }
         }
         let mut targets = self.solver.targets().to_vec();
-        targets[self.drive.0] = target;
+        for (drive, value) in self.drives.iter().zip(values) {
+            targets[drive.0] = *value;
+        }
         self.solver.load_to(&targets, |_, step| {
             heard(step.fraction);
             Continue::Yes
@@ -246,9 +276,13 @@ impl BlockStudy {
         }
         let stress = self.solver.greatest_stress();
         Ok(BlockState {
-            drive: self.solver.state().parameters[self.drive.0],
+            drives: self
+                .drives
+                .iter()
+                .map(|drive| self.solver.state().parameters[drive.0])
+                .collect(),
             force: self.copies() * support,
-            contact_radius: self.contact_radius(),
+            contact_radii: self.contact_radii(),
             stress: stress.map_or(0.0, |peak| peak.von_mises),
             voids,
         })
@@ -289,17 +323,24 @@ impl BlockStudy {
         })
     }
 
-    fn contact_radius(&self) -> f64 {
-        if self.load == BlockLoad::Pressure {
-            return 0.0;
-        }
-        let [x, y] = self.block.footprint.centre;
-        let probe = self.solver.contact(self.voids.len());
-        let touching = probe.at.iter().zip(&probe.pressures);
-        touching
-            .filter(|(_, pressure)| **pressure > 0.0)
-            .map(|(at, _)| (at[0] - x).hypot(at[1] - y))
-            .fold(0.0, f64::max)
+    fn contact_radii(&self) -> Vec<f64> {
+        // Contacts of punches follow those of the voids.
+        let mut contact = self.voids.len();
+        let radius = |(load, footprint): (&BlockLoad, &Footprint)| {
+            if *load == BlockLoad::Pressure {
+                return 0.0;
+            }
+            let [x, y] = footprint.centre;
+            let probe = self.solver.contact(contact);
+            contact += 1;
+            let touching = probe.at.iter().zip(&probe.pressures);
+            touching
+                .filter(|(_, pressure)| **pressure > 0.0)
+                .map(|(at, _)| (at[0] - x).hypot(at[1] - y))
+                .fold(0.0, f64::max)
+        };
+        let pressed = self.loads.iter().zip(&self.block.footprints);
+        pressed.map(radius).collect()
     }
 }
 
@@ -342,10 +383,11 @@ fn hold(problem: &mut Problem, block: &VoidBlock, sides: Sides) -> Result<(), Pr
     Ok(())
 }
 
-fn add_pressure(problem: &mut Problem) -> Result<Parameter, ProblemError> {
-    let parameter = problem.parameter("pressure on the footprint", Rule::Given);
+fn add_pressure(problem: &mut Problem, number: usize) -> Result<Parameter, ProblemError> {
+    let name = format!("footprint{number}");
+    let parameter = problem.parameter(&format!("pressure on {name}"), Rule::Given);
     problem.pressures.push(Pressure {
-        surface: problem.surface("footprint")?,
+        surface: problem.surface(&name)?,
         parameter,
     });
     Ok(parameter)
@@ -354,19 +396,20 @@ fn add_pressure(problem: &mut Problem) -> Result<Parameter, ProblemError> {
 fn add_punch(
     problem: &mut Problem,
     block: &VoidBlock,
-    rim: f64,
+    (number, rim): (usize, f64),
     (shear, contact): (f64, WallContact),
 ) -> Result<Parameter, ProblemError> {
-    let parameter = problem.parameter("depth of the punch", Rule::Given);
+    let parameter = problem.parameter(&format!("depth of punch {number}"), Rule::Given);
     let voids = &block.voids;
-    let [x, y] = block.footprint.centre;
+    let footprint = &block.footprints[number];
+    let [x, y] = footprint.centre;
     let top = voids.base + voids.lower + voids.between + voids.upper + voids.cover;
     problem.contacts.push(Contact::Obstacle(Obstacle {
         surface: problem.surface("top")?,
         shape: Shape::Punch {
             point: [x, y, top],
             axis: [0.0, 0.0, 1.0],
-            flat: block.footprint.size[0] / 2.0 - rim,
+            flat: footprint.size[0] / 2.0 - rim,
             rim,
         },
         travel: Some(([0.0, 0.0, -1.0], parameter)),
@@ -401,7 +444,7 @@ fn add_voids(
             problem.cavities.push(cavity);
             let walls = roof_on_floor(&problem.mesh, &name, shear, contact);
             problem.contacts.push(Contact::Walls(walls));
-            let facing = roof_above_floor(&problem.mesh, &name, &lattice_points());
+            let facing = facing_in_the_middle(&problem.mesh, &name);
             voids.push(MeshedVoid {
                 row,
                 number,

@@ -66,7 +66,7 @@ pub use soft_cover::{
     half_space_shear_transmission, half_space_transmission, layer_shear_transmission,
     layer_transmission,
 };
-pub use solved_block::{LocalLoad, MicrochannelBlock, SolvedBlock};
+pub use solved_block::{LocalLoad, LocalLoads, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};

@@ -1,9 +1,9 @@
-//! A block with crossing channels under a load on a part of its top, solved by finite
-//! elements.
+//! A block with crossing channels under one or several loads on parts of its top, solved
+//! by finite elements.
 
 use crate::mechanics::microchannel_block::{BlockLoad, BlockState, BlockStudy, BlockVoid, Sides};
 use crate::mechanics::microchannel_cell::{Filling, WallContact};
-use taxel_fem::mesh::{CrossingVoids, Footprint, VoidBlock};
+use taxel_fem::mesh::{CrossingVoids, Footprint, FootprintShape, VoidBlock};
 
 use super::microchannel::tabulated_pressure;
 use super::solved_voids::{filling, solid};
@@ -44,6 +44,52 @@ pub enum LocalLoad {
     },
 }
 
+/// Loads that press at once, and how they rise: the whole load has one size, 0 at rest, of
+/// which each takes its share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalLoads {
+    /// What presses, with its pressure in Pa or force in N over the size of the whole load.
+    pub parts: Vec<(LocalLoad, f64)>,
+}
+
+impl LocalLoads {
+    /// Loads with their pressures in Pa or forces in N, and the size of them together: the
+    /// value of the first that presses.
+    pub fn of(loads: Vec<(LocalLoad, f64)>) -> (Self, f64) {
+        let first = loads.iter().map(|(_, value)| *value);
+        let size = first.clone().find(|value| *value != 0.0).unwrap_or(0.0);
+        let share = |value: f64| if size == 0.0 { 1.0 } else { value / size };
+        let parts = loads
+            .into_iter()
+            .map(|(load, value)| (load, share(value)))
+            .collect();
+        (Self { parts }, size)
+    }
+
+    /// True if these are `others` at a size: the same places, pressed in the same proportion.
+    pub fn include(&self, others: &Self, size: f64) -> bool {
+        // Shares are quotients of two values that were read; rest has none.
+        let same = |(one, other): (&(LocalLoad, f64), &(LocalLoad, f64))| {
+            one.0 == other.0 && (size == 0.0 || (one.1 - other.1).abs() <= 1e-12 * one.1.abs())
+        };
+        self.parts.len() == others.parts.len() && self.parts.iter().zip(&others.parts).all(same)
+    }
+
+    fn values(&self, size: f64) -> Vec<f64> {
+        self.parts.iter().map(|(_, share)| share * size).collect()
+    }
+
+    /// What they are at a size, in words.
+    fn words(&self, size: f64) -> String {
+        let words = |(load, share): &(LocalLoad, f64)| match load {
+            LocalLoad::Patch { .. } => format!("{:.6} kPa on the patch", 1e-3 * share * size),
+            LocalLoad::Punch { .. } => format!("{:.6} mN on the punch", 1e3 * share * size),
+        };
+        let parts: Vec<String> = self.parts.iter().map(words).collect();
+        parts.join(" and ")
+    }
+}
+
 /// Radius of the rim of a punch over its diameter.
 const RIM: f64 = 0.05;
 /// Fewest states on the way to the greatest load: they show how far it is, and cost
@@ -56,10 +102,9 @@ const LAW_POINTS: usize = 150;
 /// States of a block on the way to the greatest load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedBlock {
-    /// Pressure in Pa of a patch or force in N of a punch, with its state; the first is
-    /// rest.
+    /// Size of the loads with its state; the first is rest.
     states: Vec<(f64, BlockState)>,
-    /// Load below which answers lie on a parabola from rest.
+    /// Size below which answers lie on a parabola from rest.
     light: f64,
     /// Why the solution ended before the greatest load.
     pub ended: Option<String>,
@@ -68,37 +113,38 @@ pub struct SolvedBlock {
 }
 
 impl MicrochannelBlock {
-    /// Solves the block at each of these loads, in Pa of a patch or N of a punch, and at
-    /// some between; `progress` hears the fraction.
+    /// Solves the block at each of these sizes of the loads, and at some between; `progress`
+    /// hears the fraction. All press at once: nothing is superposed.
     ///
     /// # Errors
     /// [`NotSolved`] when there is not even a first state.
     pub fn solve(
         &self,
-        load: &LocalLoad,
-        loads: &[f64],
+        loads: &LocalLoads,
+        sizes: &[f64],
         progress: &mut dyn FnMut(f64),
     ) -> Result<SolvedBlock, NotSolved> {
         let failed =
             |failure: taxel_fem::solver::failure::Failure| NotSolved::Solver(failure.to_string());
         self.stack.check()?;
-        let mut study = self.study(load).map_err(failed)?;
+        let mut study = self.study(loads).map_err(failed)?;
         let mut states = vec![(0.0, study.state().map_err(failed)?)];
         let mut ended = None;
-        let light = match load {
-            LocalLoad::Patch { .. } => self.stack.light(),
-            // Its contact grows from nothing: no curve leads to it.
-            LocalLoad::Punch { .. } => 0.0,
+        let patches = |(load, _): &(LocalLoad, f64)| matches!(load, LocalLoad::Patch { .. });
+        let light = if loads.parts.iter().all(patches) {
+            // There the patch that is pressed hardest is no longer light.
+            let shares = loads.parts.iter().map(|(_, share)| *share);
+            self.stack.light() / shares.fold(f64::MIN_POSITIVE, f64::max)
+        } else {
+            // The contact of a punch grows from nothing: no curve leads to it.
+            0.0
         };
-        let way = way(loads, light);
+        let way = way(sizes, light);
         let greatest = way.last().copied().unwrap_or(0.0);
         let mut last = 0.0;
         for &value in &way {
             let heard = &mut |part| progress((last + part * (value - last)) / greatest);
-            let state = match load {
-                LocalLoad::Patch { .. } => study.drive_heard(value, heard),
-                LocalLoad::Punch { .. } => study.push_heard(value, heard),
-            };
+            let state = study.push_heard(&loads.values(value), heard);
             last = value;
             match state {
                 Ok(state) => states.push((value, state)),
@@ -112,30 +158,30 @@ impl MicrochannelBlock {
             }
         }
         let reached = states.last().map_or(0.0, |(value, _)| *value);
-        let words = match load {
-            LocalLoad::Patch { .. } => format!("{:.6} kPa on the patch", 1e-3 * reached),
-            LocalLoad::Punch { .. } => format!("{:.6} mN on the punch", 1e3 * reached),
-        };
         Ok(SolvedBlock {
             states,
             light,
             ended,
-            body: SolvedBody::of(&study.solver, "block", words, "top"),
+            body: SolvedBody::of(&study.solver, "block", loads.words(reached), "top"),
         })
     }
 
-    fn study(&self, load: &LocalLoad) -> Result<BlockStudy, taxel_fem::solver::failure::Failure> {
+    fn study(&self, loads: &LocalLoads) -> Result<BlockStudy, taxel_fem::solver::failure::Failure> {
         let stack = &self.stack;
-        let (footprint, load) = match *load {
-            LocalLoad::Patch { centre, size } => (Footprint { centre, size }, BlockLoad::Pressure),
-            LocalLoad::Punch { centre, diameter } => (
-                Footprint {
-                    centre,
-                    size: [diameter; 2],
-                },
-                BlockLoad::Punch(RIM * diameter),
-            ),
+        // What a punch touches follows from its shape.
+        let footprint = |centre, size| Footprint {
+            centre,
+            size,
+            shape: FootprintShape::Rectangle,
         };
+        let posed = |(load, _): &(LocalLoad, f64)| match *load {
+            LocalLoad::Patch { centre, size } => (footprint(centre, size), BlockLoad::Pressure),
+            LocalLoad::Punch { centre, diameter } => {
+                let size = [diameter; 2];
+                (footprint(centre, size), BlockLoad::Punch(RIM * diameter))
+            }
+        };
+        let (footprints, loads): (Vec<_>, Vec<_>) = loads.parts.iter().map(posed).unzip();
         let block = VoidBlock {
             voids: CrossingVoids {
                 width: stack.section.width,
@@ -149,10 +195,11 @@ impl MicrochannelBlock {
                 smallest: stack.pitch / 8.0,
                 growth: 2.0,
                 largest: f64::INFINITY,
+                shape: stack.void_shape(),
             },
             counts: self.counts,
             size: self.size,
-            footprint,
+            footprints,
         };
         let fillings = [0, 1].map(|layer| {
             let (share, rest) = &self.channels[layer];
@@ -161,7 +208,7 @@ impl MicrochannelBlock {
         BlockStudy::new(
             block,
             Sides::Free,
-            load,
+            &loads,
             solid(&stack.material),
             [&fillings[0], &fillings[1]],
             WallContact::default(),
@@ -232,8 +279,8 @@ fn falling_root(function: impl Fn(f64) -> f64) -> f64 {
 }
 
 impl SolvedBlock {
-    /// The block at a load in Pa of a patch or N of a punch, on straight lines between
-    /// the states, and on parabolas from rest to a light load; `None` beyond the last.
+    /// The block at a size of its loads, on straight lines between the states, and on
+    /// parabolas from rest to a light load; `None` beyond the last.
     pub fn at(&self, load: f64) -> Option<BlockState> {
         let upper = self.states.iter().position(|(known, _)| load <= *known)?;
         let (end, after) = &self.states[upper];
@@ -277,10 +324,16 @@ fn mixed(parts: &[(f64, &BlockState)]) -> BlockState {
             })
             .collect()
     });
+    let each = |of: &dyn Fn(&BlockState) -> &[f64]| -> Vec<f64> {
+        let numbers = 0..of(first).len();
+        numbers
+            .map(|number| sum(&|state| of(state)[number]))
+            .collect()
+    };
     BlockState {
-        drive: sum(&|state| state.drive),
+        drives: each(&|state| &state.drives),
         force: sum(&|state| state.force),
-        contact_radius: sum(&|state| state.contact_radius),
+        contact_radii: each(&|state| &state.contact_radii),
         stress: sum(&|state| state.stress),
         voids,
     }

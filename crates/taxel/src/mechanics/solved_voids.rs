@@ -3,13 +3,13 @@
 use crate::mechanics::crossing_microchannels::{Crossing, CrossingStudy};
 use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::material::{Law, Material};
-use taxel_fem::mesh::CrossingVoids;
+use taxel_fem::mesh::{CrossingVoids, VoidShape};
 use taxel_fem::solver::failure::Failure;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use super::{
     ClosingCurve, ClosingPoint, Hyperelastic, MicrochannelError, MicrochannelSection, PressureLaw,
-    SolvedBody,
+    SectionShape, SolvedBody,
 };
 
 /// Two crossing layers of channels, from their drawing.
@@ -114,6 +114,14 @@ impl VoidStack {
         Ok(())
     }
 
+    /// Cross-section of the voids in the mesh.
+    pub(super) fn void_shape(&self) -> VoidShape {
+        match self.section.shape {
+            SectionShape::Rectangle => VoidShape::Rectangle,
+            SectionShape::Ellipse => VoidShape::Ellipse,
+        }
+    }
+
     /// A pressure below which answers lie on a curve from rest, Pa.
     pub(super) fn light(&self) -> f64 {
         LIGHT * self.material.shear_modulus() * self.section.height / self.section.width
@@ -139,9 +147,14 @@ impl VoidStack {
             between: self.between,
             upper: self.section.height,
             cover: self.cover,
-            smallest: self.section.height,
+            smallest: match self.void_shape() {
+                VoidShape::Rectangle => self.section.height,
+                // Arcs on two edges each.
+                VoidShape::Ellipse => 0.5 * self.section.height,
+            },
             growth: 2.0,
             largest: self.pitch / 4.0,
+            shape: self.void_shape(),
         };
         let filling = filling(&self.liquid);
         let contact = WallContact::default();
@@ -247,7 +260,10 @@ impl SolvedLayer {
             closing: ClosingCurve::from_points(&points)?.touching_at(touch),
             thinnest: curve(&|state| state.thinnest[row])?,
             conductance: curve(&|state| 1.0 / state.resistance_ratio[row])?,
-            gap: states.iter().map(|s| [net(s), s.gap[row]]).collect(),
+            gap: from_rest(
+                states.iter().map(|s| [net(s), s.gap[row]]),
+                states.first().map_or(0.0, |state| state.rest_gap[row]),
+            ),
         })
     }
 
@@ -261,10 +277,9 @@ impl SolvedLayer {
         inside(&self.conductance, net_pressure).map(|conductance| 1.0 / conductance)
     }
 
-    /// Smallest distance between roof and floor, m; `rest` is that at rest.
-    pub fn gap(&self, net_pressure: f64, rest: f64) -> Option<f64> {
-        let points = from_rest(self.gap.iter().copied(), rest);
-        between(&points, net_pressure)
+    /// Smallest distance between roof and floor, m.
+    pub fn gap(&self, net_pressure: f64) -> Option<f64> {
+        between(&self.gap, net_pressure)
     }
 }
 

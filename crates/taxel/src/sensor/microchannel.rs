@@ -131,6 +131,10 @@ pub struct LayerDescription {
     /// The thinnest section for a mean one, where it is known; an empty list
     /// is a layer whose sections are taken for equal.
     pub thinnest: Vec<ThinnestPoint>,
+    /// Shape of the sections that `closing.points` and `thinnest` were found for; a rectangle
+    /// without the key. Points of another shape than `section.shape` are refused.
+    #[serde(default)]
+    pub points_of: SectionShape,
 }
 
 /// Where the closing curve of a layer comes from.
@@ -244,6 +248,8 @@ impl Microchannel {
         pitch: [f64; 2],
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
+        // Before minutes are spent on what does not fit.
+        self.check_shapes()?;
         let mut solved = [None, None];
         for (number, name) in NAMES.into_iter().enumerate() {
             let ClosingDescription::PlaneStrainCell(drawn) = &self.described()[number].closing
@@ -289,6 +295,7 @@ impl Microchannel {
             },
             "leave initial_pressure out, or give the closing curve of the filled channel as points",
         )?;
+        self.check_shapes()?;
         match self.layers(pitch) {
             Ok(_) => Ok(()),
             Err((layer, error)) => require(
@@ -298,6 +305,46 @@ impl Microchannel {
                 "correct this layer, or the pressure law of the liquid",
             ),
         }
+    }
+
+    /// Points that were typed in belong to one shape of the section.
+    fn check_shapes(&self) -> Result<(), Broken> {
+        let layers = self.described().into_iter().zip(NAMES);
+        let mut checked = layers.map(|(layer, name)| self.check_points(layer, name));
+        checked.find(Result::is_err).unwrap_or(Ok(()))
+    }
+
+    fn check_points(&self, layer: &LayerDescription, name: &str) -> Result<(), Broken> {
+        let typed = match (&layer.closing, layer.thinnest.is_empty()) {
+            (ClosingDescription::Points(_), _) => "closing",
+            (_, false) => "thinnest",
+            _ => return Ok(()),
+        };
+        let words = |shape: SectionShape| match shape {
+            SectionShape::Rectangle => "rectangle",
+            SectionShape::Ellipse => "ellipse",
+        };
+        let (own, drawn) = (words(layer.points_of), words(self.section.shape));
+        let help = match typed {
+            "closing" => format!(
+                "let the cell be solved (closing.plane_strain_cell.thickness = …, thinnest = []), or give the points of \
+                 the {drawn} and say so: points_of = \"{drawn}\""
+            ),
+            _ => format!(
+                "leave them out (thinnest = []), or give those of the {drawn} and say so: points_of = \"{drawn}\""
+            ),
+        };
+        require(
+            layer.points_of == self.section.shape,
+            &format!("element.microchannel.{name}.{typed}"),
+            || {
+                format!(
+                    "these points are of sections of the shape \"{own}\" (points_of), and element.microchannel.section.shape \
+                     is \"{drawn}\""
+                )
+            },
+            &help,
+        )
     }
 
     /// The conductors of the channels of one piece of fabrication, rows first:

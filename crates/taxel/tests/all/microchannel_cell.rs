@@ -4,7 +4,7 @@
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel_fem::material::{Law, Material};
-use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
+use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell, VoidShape};
 
 const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
     c10: 75.5,
@@ -120,6 +120,7 @@ fn crossing(smallest: f64, growth: f64, largest: f64) -> CrossingVoids {
         smallest,
         growth,
         largest,
+        shape: VoidShape::Rectangle,
     }
 }
 

@@ -87,7 +87,7 @@ fn prediction_is_the_three_dimensional_calculation() {
         // The file gives the lower layer by these rows, q to 5 digits.
         assert_near(rows.volume_ratio, row.at("vol_bottom"), 0.0, 1e-5, "bottom");
         assert_near(
-            rows.thinnest.unwrap(),
+            rows.parts[0].thinnest.unwrap(),
             row.at("worst_bottom"),
             0.0,
             1e-4,
@@ -97,7 +97,7 @@ fn prediction_is_the_three_dimensional_calculation() {
         assert_near(columns.volume_ratio, row.at("vol_top"), 0.0, 0.006, "top");
         // The thinnest section falls 1.4 times as fast as the mean.
         assert_near(
-            columns.thinnest.unwrap(),
+            columns.parts[0].thinnest.unwrap(),
             row.at("worst_top"),
             0.0,
             1.4 * 0.006,
@@ -108,7 +108,10 @@ fn prediction_is_the_three_dimensional_calculation() {
     let beyond = predictor.predict(26e3, 1.0).unwrap();
     assert_eq!(beyond.layers[0].state, LayerState::Beyond);
     assert_eq!(beyond.layers[1].state, LayerState::Open);
-    assert_eq!(beyond.layers[0].thinnest.map(|at| at >= 0.443), Some(true));
+    assert_eq!(
+        beyond.layers[0].parts[0].thinnest.map(|at| at >= 0.443),
+        Some(true)
+    );
 }
 
 #[test]
@@ -520,6 +523,101 @@ fn the_two_pitches_belong_to_the_two_directions() {
 
 /// Two touches at once, on every pair of taxels: in one row or column both are
 /// found, otherwise the four places are candidates and none is guessed.
+#[test]
+fn two_loads_at_once_are_one_number_in_prediction_and_twin() {
+    let text = Sensor::shipped_text(NAME).unwrap();
+    let text = text
+        .replace(
+            "height_deviation = \"0.5 um\"",
+            "height_deviation = \"0 um\"",
+        )
+        .replace("noise = \"10 uV\"", "noise = \"0.001 uV\"");
+    let sensor = Sensor::parse("exact.toml", &text).unwrap();
+    let probe = |column: u32, force: &str| {
+        let at = |time: &str| {
+            format!("{{ time = \"{time}\", force = [\"0 mN\", \"0 mN\", \"{force}\"] }}")
+        };
+        let path = [at("0 s"), at("1 s")].join(", ");
+        format!("[[probe]]\ntaxel = [0, {column}]\npath = [{path}]\n")
+    };
+    let script = [
+        String::from("schema = 1\nname = \"two\"\nduration = \"1 s\"\n"),
+        probe(0, "1.08 mN"),
+        probe(3, "1.8 mN"),
+    ];
+    let script = &script.concat();
+    let stimulus = Stimulus::parse("two.toml", script).unwrap();
+    let mut twin = Twin::new(&sensor, &stimulus, 1).unwrap();
+    let Delivery::Frame(frame) = twin.next_delivery() else {
+        panic!()
+    };
+    // 0.6 mm of 91.92 mm, and a cell of 0.36 mm2.
+    let share = 0.6 / 91.92;
+    let of = |load: &str| {
+        let mut predictor = sensor.device().unwrap().predictor().unwrap();
+        let loads = Loads::one(load, predictor.load_columns()).unwrap();
+        assert_eq!(predictor.combination(&loads.given.columns), Ok(()));
+        predictor.prepare(&loads, &mut |_| {}).unwrap();
+        let (mut row, columns) = (Vec::new(), predictor.columns());
+        predictor.answer(&loads.load(0), &mut row).unwrap();
+        assert_eq!(row.len(), columns.len());
+        move |name: &str| {
+            let at = columns.iter().position(|column| column.name == name);
+            match row[at.unwrap_or_else(|| panic!("no {name}"))] {
+                Cell::Number(number) => number,
+                Cell::Whole(number) => number as f64,
+                Cell::Text(ref text) => panic!("{text}"),
+            }
+        }
+    };
+    let both = of(&format!("p=3 kPa, share={share}, p2=5 kPa, share2={share}"));
+    let alone = of(&format!("p=5 kPa, share={share}"));
+    // A row carries both, each column one.
+    let count = |answer: &dyn Fn(&str) -> f64, layer: &str| answer(&format!("{layer}_counts"));
+    assert!((frame.values[0] - count(&both, "row")).abs() <= 1.0);
+    assert!((frame.values[5] - count(&alone, "column")).abs() <= 1.0);
+    // Each part closes by its own pressure, with the liquid of both.
+    let net = ["row_net_pressure", "row_net_pressure_2"].map(&both);
+    assert_near(net[1] - net[0], 2e3, 1e-12, 0.0, "net pressures");
+    assert!(both("row_internal_pressure") > alone("row_internal_pressure"));
+    assert!(both("row_area_ratio_2") < both("row_area_ratio"));
+    // Two loads of one pressure are one load of both shares.
+    let split = of("p=4 kPa, share=0.1, p2=4 kPa, share2=0.3");
+    let whole = of("p=4 kPa, share=0.4");
+    for name in ["row_change", "column_change", "closed_form_change"] {
+        assert_near(split(name), whole(name), 1e-12, 0.0, name);
+    }
+}
+
+#[test]
+fn two_loads_that_lie_on_one_place_are_refused() {
+    let sensor = sensor();
+    let predictor = MicrochannelPredictor::new(&sensor.microchannels().unwrap());
+    let combination = |load: &str| {
+        let loads = Loads::one(load, taxel::predict::Predictor::load_columns(&predictor)).unwrap();
+        taxel::predict::Predictor::combination(&predictor, &loads.given.columns)
+    };
+    for (load, words) in [
+        ("p=1 kPa, p2=2 kPa", "loaded_share_2"),
+        ("p=1 kPa, share=0.1, p2=2 kPa", "loaded_share_2"),
+        (
+            "p=1 kPa, share=0.1, fz2=2 mN, share2=0.1",
+            "of the second load",
+        ),
+    ] {
+        let refused = combination(load).unwrap_err();
+        assert!(refused.contains(words), "{load}: {refused}");
+    }
+    let loads = Loads::one(
+        "p=1 kPa, share=0.6, p2=2 kPa, share2=0.5",
+        taxel::predict::Predictor::load_columns(&predictor),
+    )
+    .unwrap();
+    let refused =
+        taxel::predict::Predictor::answer(&predictor, &loads.load(0), &mut Vec::new()).unwrap_err();
+    assert!(refused.message.contains("1.1"), "{refused:?}");
+}
+
 #[test]
 fn two_touches_are_found_or_called_ambiguous() {
     let sensor = sensor();

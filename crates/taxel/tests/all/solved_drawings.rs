@@ -9,6 +9,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use taxel::device::MicrochannelPredictor;
+use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel::mechanics::{CellGeometry, ClosingCurve, CurveSource, MicrochannelSection, SolvedCell};
 use taxel::sensor::Sensor;
@@ -16,7 +17,7 @@ use taxel::solutions::{Afresh, Question, Solutions};
 use taxel::summary::{Value, summary};
 use taxel::transduction::{InPlaneModel, SolvedInPlane};
 use taxel_fem::material::{Law, Material};
-use taxel_fem::mesh::{CornerDivision, VoidCell};
+use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell, VoidShape};
 
 const MU: f64 = 162.4e3;
 
@@ -531,17 +532,62 @@ fn round_channels_close_as_in_an_endless_body() {
     }
 }
 
-/// A sensor file with elliptic channels: its cell is solved and kept, it has the resistance of an
-/// ellipse; the crossing cell and over-filling are refused.
-#[test]
-fn an_elliptic_channel_is_a_key_of_the_section() {
+/// Drawing of elliptic channels from the shipped one.
+fn elliptic() -> String {
     let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
     let section = "[element.microchannel.section]";
-    let round = text.replace(section, &format!("{section}\nshape = \"ellipse\""));
+    text.replace(section, &format!("{section}\nshape = \"ellipse\""))
+}
+
+/// The same without the points of rectangles that it has.
+fn elliptic_without_points() -> String {
+    let mut text = elliptic();
+    while let Some(start) = text.find("thinnest = [") {
+        let end = start + text[start..].find("\n]").unwrap() + 2;
+        text.replace_range(start..end, "thinnest  = []");
+    }
+    let start = text.find("closing.points = [").unwrap();
+    let end = start + text[start..].find("\n]").unwrap() + 2;
+    text.replace_range(
+        start..end,
+        "closing.plane_strain_cell.thickness = \"420 um\"",
+    );
+    text
+}
+
+/// Points that were typed in for one shape are not those of another.
+#[test]
+fn points_of_another_shape_are_refused() {
+    let mut memory = Memory::default();
+    let refused = Sensor::parse_with("round.toml", &elliptic(), &mut memory).unwrap_err();
+    assert_eq!(refused.key, "element.microchannel.rows.closing");
+    let message = refused.to_string();
+    for part in ["\"rectangle\"", "\"ellipse\"", "points_of"] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert_eq!(memory.solved, 0);
+    // Those of the ellipse say so: what is left to refuse is a cell that no table has.
+    let named = |name: &str, text: &str| {
+        let table = format!("[element.microchannel.{name}]");
+        text.replace(&table, &format!("{table}\npoints_of = \"ellipse\""))
+    };
+    let own = named("rows", &named("columns", &elliptic()));
+    let refused = Sensor::parse("round.toml", &own).unwrap_err();
+    assert_eq!(refused.key, "element.microchannel.columns");
+    // On rectangles they are refused as well.
+    let back = own.replace("shape = \"ellipse\"", "shape = \"rectangle\"");
+    let refused = Sensor::parse("round.toml", &back).unwrap_err();
+    assert_eq!(refused.key, "element.microchannel.rows.closing");
+}
+
+/// A sensor file with elliptic channels: its cells are solved and kept, it has the resistance of an
+/// ellipse; over-filling is refused.
+#[test]
+fn an_elliptic_channel_is_a_key_of_the_section() {
+    let round = elliptic_without_points();
     let mut memory = Memory::default();
     let sensor = Sensor::parse_with("round.toml", &round, &mut memory).unwrap();
-    // The rows of this file are points.
-    assert_eq!(memory.solved, 1);
+    assert_eq!(memory.solved, 2);
     let statements: Vec<_> = memory.texts.keys().collect();
     assert!(
         statements
@@ -564,6 +610,54 @@ fn an_elliptic_channel_is_a_key_of_the_section() {
         (ratio - std::f64::consts::FRAC_PI_4.recip()).abs() < 1e-12,
         "{ratio}"
     );
-    let field = MicrochannelPredictor::by_finite_elements(&round).solve(1e3, &mut |_| ());
-    assert!(field.unwrap_err().contains("rectangular channels"));
+}
+
+/// Elliptic channels in space: far above the other layer an upper one is the plane-strain cell.
+#[test]
+fn crossing_elliptic_channels_far_apart_close_as_in_plane_strain() {
+    let (pressure, far) = (10.0, 900.0);
+    let rubber = Material::incompressible(Law::MooneyRivlin {
+        c10: 75.5,
+        c01: 5.7,
+    });
+    let cell = CrossingVoids {
+        width: 100.0,
+        pitch: 300.0,
+        base: 100.0,
+        lower: 60.0,
+        between: far,
+        upper: 60.0,
+        cover: 80.0,
+        smallest: 20.0,
+        growth: 2.0,
+        largest: 150.0,
+        shape: VoidShape::Ellipse,
+    };
+    let contact = WallContact::default();
+    let mut crossing = CrossingStudy::new(&cell, rubber, &Filling::Vented, contact).unwrap();
+    let found = crossing.press(pressure).unwrap();
+    let plane = VoidCell {
+        width: 100.0,
+        height: 60.0,
+        cover: 80.0,
+        base: far + 160.0,
+        pitch: 300.0,
+        fillet: 0.0,
+        division: CornerDivision {
+            smallest: 0.125,
+            segments: 4,
+            growth: 1.25,
+            ..CornerDivision::default()
+        },
+    };
+    let study = VoidStudy::elliptic(&plane, rubber, &Filling::Vented, contact);
+    let exact = study.unwrap().press(pressure).unwrap();
+    println!("{found:?} {exact:?}");
+    // Of the loss of area the error of the mesh in space, and of the void three pitches below.
+    let loss = (1.0 - found.volume_ratio[0]) / (1.0 - exact.area_ratio) - 1.0;
+    assert!(loss.abs() < 0.01, "{loss}");
+    // Nothing changes along the channel.
+    assert!((found.thinnest[0] - found.thickest[0]).abs() < 1e-3);
+    let resistance = found.resistance_ratio[0] * exact.area_ratio - 1.0;
+    assert!(resistance.abs() < 0.01, "{resistance}");
 }

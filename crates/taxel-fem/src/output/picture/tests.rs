@@ -2,7 +2,7 @@
 
 use super::bars::{number, round_step};
 use super::*;
-use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell};
+use crate::mesh::{Axis, CornerDivision, CrossingVoids, Grid2, Grid3, VoidCell, VoidShape};
 
 fn plate() -> Mesh {
     let axis = |n| Axis::uniform(0.0, 1.0, n).unwrap();
@@ -197,6 +197,7 @@ fn a_void_cell_to_look_at() {
         smallest: 10.0,
         growth: 2.0,
         largest: 80.0,
+        shape: VoidShape::Rectangle,
     };
     let mesh = layer.mesh().unwrap();
     let distance: Vec<f64> = (0..mesh.cell_count())

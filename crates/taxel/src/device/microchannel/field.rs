@@ -7,7 +7,7 @@ use super::loads::{LOADS, is_local};
 use super::local::{self, ArrayBlock};
 use super::predict::{MicrochannelPredictor, signal_cells, signal_columns};
 use crate::electronics::DividerBoard;
-use crate::mechanics::{LocalLoad, SolvedBlock, SolvedBody};
+use crate::mechanics::{LocalLoad, LocalLoads, SolvedBlock, SolvedBody};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
@@ -15,8 +15,8 @@ use crate::transduction::{MicrochannelLayer, mean_inverse_area_ratio};
 /// Predicts loads on channels as drawn, by finite elements.
 ///
 /// A load on the whole top is solved in the crossing cell
-/// ([`MicrochannelPredictor::by_finite_elements`]), one on a part of it in the block of all
-/// taxels. [`Predictor::prepare`] solves.
+/// ([`MicrochannelPredictor::by_finite_elements`]), one or two on parts of it in the block of
+/// all taxels. [`Predictor::prepare`] solves.
 #[derive(Debug, Clone)]
 pub struct MicrochannelFieldPredictor {
     whole_top: MicrochannelPredictor,
@@ -24,7 +24,7 @@ pub struct MicrochannelFieldPredictor {
     board: DividerBoard,
     array_block: Result<ArrayBlock, String>,
     /// Answers of loads on a part of the top; none while the whole top is pressed.
-    solved: Option<Vec<(LocalLoad, SolvedBlock)>>,
+    solved: Option<Vec<(LocalLoads, SolvedBlock)>>,
 }
 
 impl MicrochannelFieldPredictor {
@@ -47,13 +47,14 @@ impl MicrochannelFieldPredictor {
     ) -> Result<Option<String>, String> {
         let array_block = self.array_block.as_ref().map_err(Clone::clone)?;
         let solved = self.solved.insert(Vec::new());
-        let mut asked: Vec<(LocalLoad, Vec<f64>)> = Vec::new();
+        let mut asked: Vec<(LocalLoads, Vec<f64>)> = Vec::new();
         for index in 0..loads.len() {
             let Ok((load, value)) = array_block.read(&loads.load(index)) else {
                 // It is refused with its line when it is answered.
                 return Ok(None);
             };
-            match asked.iter_mut().find(|(known, _)| *known == load) {
+            let known = |(known, _): &&mut (LocalLoads, Vec<f64>)| known.include(&load, value);
+            match asked.iter_mut().find(known) {
                 Some((_, values)) => values.push(value),
                 None => asked.push((load, vec![value])),
             }
@@ -119,7 +120,7 @@ impl MicrochannelFieldPredictor {
 
     fn answer_locally(
         &self,
-        solved: &[(LocalLoad, SolvedBlock)],
+        solved: &[(LocalLoads, SolvedBlock)],
         load: &Load<'_>,
         row: &mut Vec<Cell>,
     ) -> Result<(), LoadRefused> {
@@ -128,7 +129,9 @@ impl MicrochannelFieldPredictor {
             .as_ref()
             .map_err(|message| local::refused(message))?;
         let (pressed, value) = array_block.read(load)?;
-        let block = solved.iter().find(|(known, _)| *known == pressed);
+        let block = solved
+            .iter()
+            .find(|(known, _)| known.include(&pressed, value));
         let state = block.and_then(|(_, block)| block.at(value));
         let Some(state) = state else {
             // Beyond the end of the solution nothing is known.
@@ -141,21 +144,36 @@ impl MicrochannelFieldPredictor {
         Ok(())
     }
 
+    /// Greatest number of loads that press at once.
+    fn parts(&self) -> usize {
+        let solved = self.solved.iter().flatten();
+        let parts = solved.map(|(loads, _)| loads.parts.len());
+        parts.max().unwrap_or(1)
+    }
+
     /// Cells of a block in a state.
     fn block(
         &self,
         array_block: &ArrayBlock,
-        pressed: &LocalLoad,
+        pressed: &LocalLoads,
         state: &BlockState,
         row: &mut Vec<Cell>,
     ) {
-        let drive = Cell::Number(state.drive);
-        let radius = Cell::Number(state.contact_radius);
         row.push(Cell::Number(state.force));
-        row.extend(match pressed {
-            LocalLoad::Patch { .. } => [drive, Cell::from(""), Cell::from("")],
-            LocalLoad::Punch { .. } => [Cell::from(""), drive, radius],
-        });
+        let none = || Cell::from("");
+        for part in 0..self.parts() {
+            let state = state.drives.get(part).zip(state.contact_radii.get(part));
+            let load = pressed.parts.get(part).map(|(load, _)| load);
+            row.extend(match (load, state) {
+                (Some(LocalLoad::Patch { .. }), Some((drive, _))) => {
+                    [Cell::Number(*drive), none(), none()]
+                }
+                (Some(LocalLoad::Punch { .. }), Some((drive, radius))) => {
+                    [none(), Cell::Number(*drive), Cell::Number(*radius)]
+                }
+                _ => [none(), none(), none()],
+            });
+        }
         row.extend([0, 1].map(|layer| {
             let changes = array_block
                 .channels(state, layer)
@@ -172,14 +190,22 @@ impl MicrochannelFieldPredictor {
     }
 
     fn local_columns(&self) -> Vec<Column> {
-        let mut columns = vec![
-            Column::new("support_force", "mN", 1e-3, "n", 4),
-            Column::new("pressure", "kPa", 1e3, "pa", 3),
-            Column::new("punch_depth", "um", 1e-6, "m", 3),
-            Column::new("contact_radius", "um", 1e-6, "m", 1),
+        let mut columns = vec![Column::new("support_force", "mN", 1e-3, "n", 4)];
+        for part in 0..self.parts() {
+            let of = |what: &str| match part {
+                0 => what.to_owned(),
+                _ => format!("{what}_{}", part + 1),
+            };
+            columns.extend([
+                Column::new(of("pressure"), "kPa", 1e3, "pa", 3),
+                Column::new(of("punch_depth"), "um", 1e-6, "m", 3),
+                Column::new(of("contact_radius"), "um", 1e-6, "m", 1),
+            ]);
+        }
+        columns.extend([
             Column::new("row_greatest_change", "", 1.0, "", 6),
             Column::new("column_greatest_change", "", 1.0, "", 6),
-        ];
+        ]);
         let counts = self
             .array_block
             .as_ref()

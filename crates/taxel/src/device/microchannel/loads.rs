@@ -1,6 +1,7 @@
 //! Columns of the loads on a sheet of microchannels.
 
-use crate::predict::{Load, LoadColumn, LoadKind};
+use crate::mechanics::Stretch;
+use crate::predict::{Load, LoadColumn, LoadKind, LoadRefused};
 use crate::quantity::{AREA, FORCE, LENGTH, STRESS};
 
 /// Largest loads that are taken for loads on a soft sheet, Pa, N and m².
@@ -20,12 +21,61 @@ pub(super) const PUNCH: usize = 6;
 pub(super) const CENTRE_X: usize = 7;
 pub(super) const CENTRE_Y: usize = 8;
 
-/// The pressure of a load in Pa, and the column that names it.
-pub(super) fn pressure_of(load: &Load<'_>) -> (usize, f64) {
-    match (load.number(FORCE_Z), load.number(AREA_COLUMN)) {
-        (Some(force), Some(area)) => (FORCE_Z, force / area),
-        _ => (PRESSURE, load.number(PRESSURE).unwrap_or(0.0)),
+/// Columns of one load: those of a second one that presses at the same time follow in the
+/// same order.
+pub(super) const SECOND: usize = 9;
+
+/// The pressure of the load whose columns begin at `first` (0 or [`SECOND`]) in Pa, and the
+/// column that names it.
+pub(super) fn pressure_of(load: &Load<'_>, first: usize) -> (usize, f64) {
+    let number = |column: usize| load.number(first + column);
+    match (number(FORCE_Z), number(AREA_COLUMN)) {
+        (Some(force), Some(area)) => (first + FORCE_Z, force / area),
+        _ => (first + PRESSURE, number(PRESSURE).unwrap_or(0.0)),
     }
+}
+
+/// True if a column of a second load is given.
+pub(super) fn is_double(given: &[bool]) -> bool {
+    given.iter().skip(SECOND).any(|given| *given)
+}
+
+/// The parts of a microchannel under a load: the pressed one, that of the second load if
+/// there is one, and the rest.
+///
+/// # Errors
+/// Shares that are more than the whole microchannel together.
+pub(super) fn stretches_of(load: &Load<'_>) -> Result<Vec<Stretch>, LoadRefused> {
+    let share = |first: usize| load.number(first + LOADED_SHARE);
+    let mut stretches = vec![Stretch {
+        share: share(0).unwrap_or(1.0),
+        pressure: pressure_of(load, 0).1,
+    }];
+    if let Some(second) = share(SECOND) {
+        stretches.push(Stretch {
+            share: second,
+            pressure: pressure_of(load, SECOND).1,
+        });
+    }
+    let sum: f64 = stretches.iter().map(|part| part.share).sum();
+    // Shares are often quotients of lengths.
+    if sum > 1.0 + 1e-9 {
+        return Err(LoadRefused {
+            column: SECOND + LOADED_SHARE,
+            message: format!(
+                "the two loads take {sum:.6} of the length of a microchannel; they lie beside each other and can take 1 \
+                 at most"
+            ),
+            help: String::from(
+                "give smaller shares; where two pressures lie on one place, give their sum there",
+            ),
+        });
+    }
+    stretches.push(Stretch {
+        share: (1.0 - sum).max(0.0),
+        pressure: 0.0,
+    });
+    Ok(stretches)
 }
 
 /// Largest coordinate of a position on a sheet, m.
@@ -48,7 +98,8 @@ const fn coordinate(name: &'static str, short: &'static str, about: &'static str
     }
 }
 
-pub(super) static LOADS: [LoadColumn; 9] = [
+/// Columns of one load.
+const ONE: [LoadColumn; SECOND] = [
     LoadColumn {
         name: "pressure",
         short: "p",
@@ -100,10 +151,94 @@ pub(super) static LOADS: [LoadColumn; 9] = [
     coordinate("centre_y", "cy", "the same along y"),
 ];
 
+/// A column of the second load: that of the first under other names.
+const fn second(
+    name: &'static str,
+    short: &'static str,
+    column: usize,
+    about: &'static str,
+) -> LoadColumn {
+    LoadColumn {
+        name,
+        short,
+        about,
+        ..ONE[column]
+    }
+}
+
+pub(super) static LOADS: [LoadColumn; 2 * SECOND] = [
+    ONE[PRESSURE],
+    ONE[FORCE_Z],
+    ONE[AREA_COLUMN],
+    ONE[LOADED_SHARE],
+    ONE[PATCH_X],
+    ONE[PATCH_Y],
+    ONE[PUNCH],
+    ONE[CENTRE_X],
+    ONE[CENTRE_Y],
+    second(
+        "pressure_2",
+        "p2",
+        PRESSURE,
+        "pressure of a second load at the same time",
+    ),
+    second(
+        "force_z_2",
+        "fz2",
+        FORCE_Z,
+        "pressing force of the second load, with area_2",
+    ),
+    second(
+        "area_2",
+        "area2",
+        AREA_COLUMN,
+        "area under the second force",
+    ),
+    second(
+        "loaded_share_2",
+        "share2",
+        LOADED_SHARE,
+        "share of the channel's length under the second pressure",
+    ),
+    second(
+        "patch_x_2",
+        "px2",
+        PATCH_X,
+        "the same as patch_x of the second load",
+    ),
+    second(
+        "patch_y_2",
+        "py2",
+        PATCH_Y,
+        "the same as patch_y of the second load",
+    ),
+    second(
+        "punch_diameter_2",
+        "punch2",
+        PUNCH,
+        "the same as punch_diameter of the second load",
+    ),
+    second(
+        "centre_x_2",
+        "cx2",
+        CENTRE_X,
+        "the same as centre_x of the second load",
+    ),
+    second(
+        "centre_y_2",
+        "cy2",
+        CENTRE_Y,
+        "the same as centre_y of the second load",
+    ),
+];
+
 /// Columns of the position of a load on the block.
 const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
 
-/// True if these columns put a load on a part of the top.
+/// True if these columns put a load on a place of the top.
 pub(super) fn is_local(given: &[bool]) -> bool {
-    PLACE.iter().any(|column| given.get(*column) == Some(&true))
+    let at = |column: usize| given.get(column) == Some(&true);
+    PLACE
+        .iter()
+        .any(|column| at(*column) || at(SECOND + *column))
 }

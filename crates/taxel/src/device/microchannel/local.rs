@@ -5,8 +5,9 @@ use crate::mechanics::microchannel_block::{BlockState, BlockVoid};
 use super::MicrochannelArray;
 use super::loads::{
     AREA_COLUMN, CENTRE_X, CENTRE_Y, FORCE_Z, LOADED_SHARE, PATCH_X, PATCH_Y, PRESSURE, PUNCH,
+    SECOND, is_double,
 };
-use crate::mechanics::{LocalLoad, MicrochannelBlock};
+use crate::mechanics::{LocalLoad, LocalLoads, MicrochannelBlock};
 use crate::predict::{Curve, Load, LoadRefused};
 use crate::sensor::micrometres;
 
@@ -71,28 +72,49 @@ impl ArrayBlock {
         })
     }
 
-    /// Load of a patch, Pa, or of a punch, N, with its position.
-    pub(super) fn read(&self, load: &Load<'_>) -> Result<(LocalLoad, f64), LoadRefused> {
-        let centre = [CENTRE_X, CENTRE_Y].map(|column| load.number(column).unwrap_or(0.0));
+    /// The loads at their places, and their size together.
+    pub(super) fn read(&self, load: &Load<'_>) -> Result<(LocalLoads, f64), LoadRefused> {
+        let second = is_double(
+            &load
+                .values()
+                .map(|value| value.is_some())
+                .collect::<Vec<_>>(),
+        );
+        let mut pressed = vec![self.read_one(load, 0)?];
+        if second {
+            pressed.push(self.read_one(load, SECOND)?);
+            self.check_apart(load, &pressed)?;
+        }
+        let pressed = pressed.into_iter().map(|(load, value, _)| (load, value));
+        Ok(LocalLoads::of(pressed.collect()))
+    }
+
+    /// Load of a patch, Pa, or of a punch, N, with its middle and lengths along x and y; its
+    /// columns begin at `first`.
+    fn read_one(
+        &self,
+        load: &Load<'_>,
+        first: usize,
+    ) -> Result<(LocalLoad, f64, [[f64; 2]; 2]), LoadRefused> {
+        let number = |column: usize| load.number(first + column);
+        let centre = [CENTRE_X, CENTRE_Y].map(|column| number(column).unwrap_or(0.0));
         let refused = |column: usize, message: &str, help: &str| LoadRefused {
-            column,
+            column: first + column,
             message: message.into(),
             help: help.into(),
         };
-        let (pressed, extent, value) = if let Some(diameter) = load.number(PUNCH) {
-            let force = load
-                .number(FORCE_Z)
+        let (pressed, extent, value) = if let Some(diameter) = number(PUNCH) {
+            let force = number(FORCE_Z)
                 .ok_or_else(|| refused(FORCE_Z, "the punch has no force", "give its force_z"))?;
             let centre = self.turned(centre);
             (LocalLoad::Punch { centre, diameter }, [diameter; 2], force)
         } else {
-            let (Some(x), Some(y)) = (load.number(PATCH_X), load.number(PATCH_Y)) else {
+            let (Some(x), Some(y)) = (number(PATCH_X), number(PATCH_Y)) else {
                 let message = "the patch has no size";
                 return Err(refused(PATCH_X, message, "give patch_x and patch_y"));
             };
-            let pressure = load.number(PRESSURE);
-            let force = load.number(FORCE_Z).map(|force| force / (x * y));
-            let value = pressure.or(force).ok_or_else(|| {
+            let force = number(FORCE_Z).map(|force| force / (x * y));
+            let value = number(PRESSURE).or(force).ok_or_else(|| {
                 refused(
                     PRESSURE,
                     "nothing presses on the patch",
@@ -103,8 +125,62 @@ impl ArrayBlock {
             let centre = self.turned(centre);
             (LocalLoad::Patch { centre, size }, [x, y], value)
         };
-        self.check(centre, extent, matches!(pressed, LocalLoad::Punch { .. }))?;
-        Ok((pressed, value))
+        let punch = matches!(pressed, LocalLoad::Punch { .. });
+        self.check(centre, extent, punch).map_err(|mut refused| {
+            refused.column += first;
+            refused
+        })?;
+        Ok((pressed, value, [centre, extent]))
+    }
+
+    /// Two loads must not lie on one place, and a punch of two must press.
+    fn check_apart(
+        &self,
+        load: &Load<'_>,
+        pressed: &[(LocalLoad, f64, [[f64; 2]; 2])],
+    ) -> Result<(), LoadRefused> {
+        for (number, (one, value, _)) in pressed.iter().enumerate() {
+            let first = number * SECOND;
+            let others = pressed.iter().any(|(_, other, _)| other != value);
+            if matches!(one, LocalLoad::Punch { .. }) && *value == 0.0 && others {
+                return Err(LoadRefused {
+                    column: first + FORCE_Z,
+                    message: String::from("a punch without a force does not touch the sheet"),
+                    help: String::from("leave it out, or give its force"),
+                });
+            }
+        }
+        let ends = |[centre, extent]: [[f64; 2]; 2], axis: usize| {
+            [-0.5, 0.5].map(|side: f64| centre[axis] + side * extent[axis])
+        };
+        let [(.., one), (.., other)] = pressed else {
+            return Ok(());
+        };
+        let common = [0, 1].map(|axis| {
+            let (one, other) = (ends(*one, axis), ends(*other, axis));
+            [one[0].max(other[0]), one[1].min(other[1])]
+        });
+        // A billionth is forgiven: lengths are often sums of others.
+        let near = 1e-9 * self.size[0].max(self.size[1]);
+        if common.iter().all(|[from, to]| to - from > near) {
+            let [x, y] =
+                common.map(|[from, to]| format!("{} to {}", micrometres(from), micrometres(to)));
+            let column = [CENTRE_X, CENTRE_Y]
+                .into_iter()
+                .map(|column| SECOND + column)
+                .find(|column| load.number(*column).is_some());
+            return Err(LoadRefused {
+                column: column.unwrap_or(SECOND + PATCH_X),
+                message: format!(
+                    "the two loads lie over each other: from {x} along x and {y} along y"
+                ),
+                help: String::from(
+                    "move them apart; where two pressures lie on one place, give patches side by side with their sum \
+                     between",
+                ),
+            });
+        }
+        Ok(())
     }
 
     /// Values along x and y as those along the upper and the lower channels.
@@ -167,8 +243,18 @@ impl ArrayBlock {
     }
 }
 
-/// Checks that the given columns make one patch or one punch.
+/// Checks that the given columns make one patch or one punch, or two of them.
 pub(super) fn combination(given: &[bool]) -> Result<(), String> {
+    one_place(&given[..SECOND.min(given.len())])?;
+    match given.get(SECOND..) {
+        Some(second) if is_double(given) => one_place(second).map_err(|problem| {
+            format!("of the second load (columns that end in _2, words in 2): {problem}")
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn one_place(given: &[bool]) -> Result<(), String> {
     let has = |column: usize| given.get(column) == Some(&true);
     let problem = if has(LOADED_SHARE) {
         "a position on the block and a loaded_share are given; the position says what share is loaded: leave loaded_share out"
@@ -222,7 +308,7 @@ mod tests {
         ArrayBlock::new(&sensor.microchannels().unwrap()).unwrap()
     }
 
-    fn read(array_block: &ArrayBlock, load: &str) -> Result<(LocalLoad, f64), LoadRefused> {
+    fn read(array_block: &ArrayBlock, load: &str) -> Result<(LocalLoads, f64), LoadRefused> {
         let loads = Loads::one(load, &super::super::loads::LOADS).unwrap();
         assert!(is_local(&loads.given.columns));
         combination(&loads.given.columns).unwrap();
@@ -239,9 +325,9 @@ mod tests {
             (0..count).map(void).collect()
         };
         BlockState {
-            drive: 0.0,
+            drives: vec![0.0],
             force: 0.0,
-            contact_radius: 0.0,
+            contact_radii: vec![0.0],
             stress: 0.0,
             voids: array_block.block.counts.map(voids),
         }
@@ -264,7 +350,7 @@ mod tests {
             centre: [-0.2e-3, 0.3e-3],
             size: [0.5e-3, 1e-3],
         };
-        assert_eq!((load, pressure), (expected, 10e3));
+        assert_eq!((load.parts, pressure), (vec![(expected, 1.0)], 10e3));
         let state = numbered(&shipped);
         let order = |layer| -> Vec<f64> {
             let channels = shipped.channels(&state, layer);
@@ -289,7 +375,7 @@ mod tests {
             centre: [0.3e-3, 0.0],
             diameter: 0.5e-3,
         };
-        assert_eq!((load, force), (expected, 3e-3));
+        assert_eq!((load.parts, force), (vec![(expected, 1.0)], 3e-3));
     }
 
     #[test]
@@ -301,6 +387,18 @@ mod tests {
             ("p=1 kPa, px=3 mm, py=1 mm", PATCH_X),
             ("fz=1 mN, punch=1.5 mm", PUNCH),
             ("fz=1 mN, punch=10 um", PUNCH),
+            (
+                "p=1 kPa, px=1 mm, py=1 mm, p2=1 kPa, px2=1 mm, py2=1 mm, cy2=-0.3 mm",
+                SECOND + CENTRE_Y,
+            ),
+            (
+                "p=1 kPa, px=1 mm, py=1 mm, p2=1 kPa, px2=1 mm, py2=1 mm, cx2=0.7 mm",
+                SECOND + CENTRE_X,
+            ),
+            (
+                "p=1 kPa, px=0.5 mm, py=1 mm, fz2=0 mN, punch2=0.5 mm, cx2=0.7 mm",
+                SECOND + FORCE_Z,
+            ),
         ] {
             assert_eq!(
                 read(&array_block, load).unwrap_err().column,
@@ -310,6 +408,26 @@ mod tests {
         }
         // A patch as large as the block is on it.
         assert!(read(&array_block, "p=1 kPa, px=2.6 mm, py=1.4 mm").is_ok());
+    }
+
+    #[test]
+    fn two_loads_press_in_the_proportion_of_their_pressures() {
+        let array_block = block_of(str::to_owned);
+        let (loads, size) = read(
+            &array_block,
+            "p=4 kPa, px=0.5 mm, py=0.5 mm, cx=-0.9 mm, p2=6 kPa, px2=0.5 mm, py2=0.5 mm, cx2=0.9 mm",
+        )
+        .unwrap();
+        let patch = |along: f64| LocalLoad::Patch {
+            centre: [0.0, along],
+            size: [0.5e-3; 2],
+        };
+        assert_eq!(size, 4e3);
+        assert_eq!(loads.parts, [(patch(-0.9e-3), 1.0), (patch(0.9e-3), 1.5)]);
+        // Touching edges are beside each other.
+        let touching =
+            "p=4 kPa, px=1 mm, py=1 mm, cx=-0.5 mm, p2=6 kPa, px2=1 mm, py2=1 mm, cx2=0.5 mm";
+        assert!(read(&array_block, touching).is_ok());
     }
 
     #[test]
@@ -323,6 +441,8 @@ mod tests {
             "fz=1 mN, punch=0.5 mm, px=1 mm",
             "p=1 kPa, punch=0.5 mm",
             "p=1 kPa, cx=0.1 mm",
+            "p=1 kPa, px=1 mm, py=1 mm, p2=1 kPa",
+            "p=1 kPa, px2=1 mm, py2=1 mm",
         ] {
             let loads = Loads::one(load, &super::super::loads::LOADS).unwrap();
             assert!(combination(&loads.given.columns).is_err(), "{load}");

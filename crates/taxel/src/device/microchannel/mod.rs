@@ -19,7 +19,7 @@ use crate::estimation::{
 };
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
-use crate::mechanics::{MicrochannelError, SectionShape, VoidStack};
+use crate::mechanics::{MicrochannelError, VoidStack};
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
@@ -27,7 +27,9 @@ use crate::summary::Fact;
 use crate::transduction::{MicrochannelLayer, PathTable, TableOptions};
 
 pub use field::MicrochannelFieldPredictor;
-pub use predict::{LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor};
+pub use predict::{
+    LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor, PartAnswer,
+};
 
 /// A plateau reads below itself by less than so many deviations of a reading.
 const BELOW_PLATEAU: f64 = 4.0;
@@ -146,12 +148,6 @@ impl<'a> MicrochannelArray<'a> {
                  element.microchannel.liquid.initial_pressure out, or use the closing curves",
             ));
         }
-        if element.section.shape != SectionShape::Rectangle {
-            return Err(String::from(
-                "the crossing cell is solved for rectangular channels alone: give element.microchannel.section.shape = \
-                 \"rectangle\", or use the closing curves of the drawing (mechanics = \"closed_form\")",
-            ));
-        }
         if along_x != along_y {
             return Err(format!(
                 "the crossing cell needs one spacing for both layers; array.pitch is {} along x and {} along y: \
@@ -245,7 +241,8 @@ impl Device for MicrochannelArray<'_> {
     }
 
     fn information_loads(&self) -> &'static [LoadColumn] {
-        &loads::LOADS
+        // Of the pressure on one taxel.
+        &loads::LOADS[..loads::SECOND]
     }
 
     fn information_noise(&self) -> &'static Dimension {
@@ -265,7 +262,7 @@ impl Device for MicrochannelArray<'_> {
         let calibration = self
             .calibration()
             .map_err(|error| beyond(error.to_string()))?;
-        let (_, pressure) = loads::pressure_of(load);
+        let (_, pressure) = loads::pressure_of(load, 0);
         let models = [calibration.rows.first(), calibration.columns.first()];
         let mut found = Information {
             unknowns: vec![Unknown {

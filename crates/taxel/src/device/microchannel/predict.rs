@@ -1,6 +1,9 @@
 //! Pressure on the surface to the signals of both layers, stage by stage.
 
-use super::loads::{AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, is_local, pressure_of};
+use super::loads::{
+    AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, SECOND, is_double, is_local, pressure_of,
+    stretches_of,
+};
 use super::{LAYERS, MicrochannelArray};
 use crate::device::{number_cell, number_column};
 use crate::electronics::{Delivered, DividerBoard};
@@ -12,13 +15,13 @@ use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::MicrochannelLayer;
 
-/// Response of a microchannel of each layer to one pressure.
+/// Response of a microchannel of each layer to one pressure, or to several on parts of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MicrochannelPrediction {
-    /// Pressure on the surface, Pa.
+    /// Pressure on the surface, Pa; that of the first part.
     pub pressure: f64,
-    /// Area ratio by the closed form of P4 (Eq. 1), or the pressure at which
-    /// it ends.
+    /// Area ratio of the first part by the closed form of P4 (Eq. 1), or the pressure at
+    /// which it ends.
     pub closed_form: Result<f64, MicrochannelClosed>,
     /// The row and the column layer.
     pub layers: [LayerAnswer; 2],
@@ -31,12 +34,8 @@ pub struct LayerAnswer {
     pub internal_pressure: f64,
     /// Volume over the volume at rest: the mean area ratio of the channel.
     pub volume_ratio: f64,
-    /// The loaded part.
-    pub loaded: SectionClosure,
-    /// Area ratio of the thinnest section of the loaded part, where known.
-    pub thinnest: Option<f64>,
-    /// Smallest distance between roof and floor, m; only finite elements know it.
-    pub gap: Option<f64>,
+    /// The parts, in the order they were given.
+    pub parts: Vec<PartAnswer>,
     /// Resistance without leads, Ω.
     pub resistance: f64,
     /// Relative change R/R₀ − 1 of the channel.
@@ -48,6 +47,17 @@ pub struct LayerAnswer {
     pub number: Delivered,
     /// State of the layer under the load.
     pub state: LayerState,
+}
+
+/// A part of a channel under one pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartAnswer {
+    /// Its sections.
+    pub loaded: SectionClosure,
+    /// Area ratio of its thinnest section, where known.
+    pub thinnest: Option<f64>,
+    /// Smallest distance between roof and floor, m; only finite elements know it.
+    pub gap: Option<f64>,
 }
 
 /// State of a layer under a load.
@@ -84,6 +94,8 @@ pub struct MicrochannelPredictor {
     section: MicrochannelSection,
     closed_form: LinearElastic,
     field: Option<Field>,
+    /// Loads that press at once on parts of a channel in the answers, 1 or 2.
+    loads_at_once: usize,
 }
 
 /// The layers as finite elements see them.
@@ -105,6 +117,7 @@ impl MicrochannelPredictor {
             section: array.element.section(),
             closed_form: array.element.closed_form,
             field: None,
+            loads_at_once: 1,
         }
     }
 
@@ -179,16 +192,46 @@ impl MicrochannelPredictor {
         pressure: f64,
         share: f64,
     ) -> Result<MicrochannelPrediction, MicrochannelError> {
+        let rest = Stretch {
+            share: 1.0 - share,
+            pressure: 0.0,
+        };
+        self.predict_parts(&[Stretch { share, pressure }, rest])
+    }
+
+    /// The chain for pressures on several parts of a channel at once; the shares of all parts
+    /// sum to 1, so that the unloaded one is among them.
+    ///
+    /// Each part closes by its own net pressure p − P, all have the same liquid, and the
+    /// resistance is the integral along the channel: nothing is superposed. Holds where parts
+    /// are long beside the depth of the channels (`docs/theory/microchannel.md`, section 9).
+    ///
+    /// # Errors
+    /// [`MicrochannelError`] for a pull, or shares that do not sum to 1.
+    ///
+    /// ```
+    /// use taxel::mechanics::Stretch;
+    /// let sensor = taxel::sensor::Sensor::shipped("liquid-metal-2x4").unwrap();
+    /// let predictor = taxel::device::MicrochannelPredictor::new(&sensor.microchannels().unwrap());
+    /// let part = |share, pressure| Stretch { share, pressure };
+    /// let one = |pressure| predictor.predict(pressure, 0.1).unwrap().layers[1].change;
+    /// let both = predictor.predict_parts(&[part(0.1, 3e3), part(0.1, 6e3), part(0.8, 0.0)])?;
+    /// // The common liquid resists twice as much: less than the sum of both alone.
+    /// assert!(both.layers[1].change < one(3e3) + one(6e3));
+    /// # Ok::<(), taxel::mechanics::MicrochannelError>(())
+    /// ```
+    pub fn predict_parts(
+        &self,
+        parts: &[Stretch],
+    ) -> Result<MicrochannelPrediction, MicrochannelError> {
         let [rows, columns] = &self.layers;
+        let pressure = parts.first().map_or(0.0, |part| part.pressure);
         Ok(MicrochannelPrediction {
             pressure,
             closed_form: self
                 .section
                 .published_area_ratio(&self.closed_form, pressure),
-            layers: [
-                self.layer(rows, 0, pressure, share)?,
-                self.layer(columns, 1, pressure, share)?,
-            ],
+            layers: [self.layer(rows, 0, parts)?, self.layer(columns, 1, parts)?],
         })
     }
 
@@ -196,51 +239,75 @@ impl MicrochannelPredictor {
         &self,
         layer: &MicrochannelLayer,
         number: usize,
-        pressure: f64,
-        share: f64,
+        stretches: &[Stretch],
     ) -> Result<LayerAnswer, MicrochannelError> {
-        let stretches = [
-            Stretch { share, pressure },
-            Stretch {
-                share: 1.0 - share,
-                pressure: 0.0,
-            },
-        ];
-        let response = layer.respond(&stretches)?;
-        let loaded = response.channel.sections[0];
+        let response = layer.respond(stretches)?;
         let solved = self.solved_layer(number);
+        let sections = &response.channel.sections;
         // Sections are not alike along the channel: the solution knows more than
         // their mean.
-        let ratio = solved.and_then(|solved| solved.resistance_ratio(loaded.net_pressure));
-        let resistance = match ratio {
-            Some(ratio) if loaded.net_pressure > 0.0 => {
-                let rest = layer.conductor.rest_resistance();
-                response.resistance + share * rest * (ratio - 1.0 / loaded.area_ratio)
+        let rest = layer.conductor.rest_resistance();
+        let beside = |(part, loaded): (&Stretch, &SectionClosure)| {
+            let ratio = solved.and_then(|solved| solved.resistance_ratio(loaded.net_pressure));
+            match ratio {
+                Some(ratio) if loaded.net_pressure > 0.0 => {
+                    part.share * rest * (ratio - 1.0 / loaded.area_ratio)
+                }
+                _ => 0.0,
             }
-            _ => response.resistance,
         };
+        let beside: f64 = stretches.iter().zip(sections).map(beside).sum();
+        let resistance = response.resistance + beside;
         let signal = self.board.signal.of(resistance);
-        let state = match loaded.state {
-            _ if self.board.saturated(signal) => LayerState::Saturated,
-            ClosingState::Beyond { .. } => LayerState::Beyond,
-            ClosingState::Closed => LayerState::Closed,
-            ClosingState::Open | ClosingState::Bulging => LayerState::Open,
+        let any = |state: fn(&ClosingState) -> bool| sections.iter().any(|at| state(&at.state));
+        let state = if self.board.saturated(signal) {
+            LayerState::Saturated
+        } else if any(|state| matches!(state, ClosingState::Beyond { .. })) {
+            LayerState::Beyond
+        } else if any(|state| matches!(state, ClosingState::Closed)) {
+            LayerState::Closed
+        } else {
+            LayerState::Open
         };
-        Ok(LayerAnswer {
-            internal_pressure: layer.initial_pressure + response.channel.internal_pressure,
-            volume_ratio: response.channel.volume_ratio,
-            loaded,
+        let part = |loaded: &SectionClosure| PartAnswer {
+            loaded: *loaded,
             thinnest: match solved {
                 Some(solved) => solved.thinnest(loaded.net_pressure),
                 None => layer.thinnest(loaded.area_ratio),
             },
-            gap: solved.and_then(|s| s.gap(loaded.net_pressure, self.section.height)),
+            gap: solved.and_then(|solved| solved.gap(loaded.net_pressure)),
+        };
+        Ok(LayerAnswer {
+            internal_pressure: layer.initial_pressure + response.channel.internal_pressure,
+            volume_ratio: response.channel.volume_ratio,
+            parts: sections.iter().map(part).collect(),
             resistance,
-            change: resistance / layer.conductor.rest_resistance() - 1.0,
+            change: resistance / rest - 1.0,
             signal,
             number: self.board.read(resistance, 0.0),
             state,
         })
+    }
+
+    /// Relative change of resistance by the closed form of P4 (Eq. 1), each part by its own
+    /// pressure, or a word where it ends.
+    fn closed_form_change(&self, stretches: &[Stretch]) -> Cell {
+        let change = |part: &Stretch| {
+            let ratio = self
+                .section
+                .published_area_ratio(&self.closed_form, part.pressure)?;
+            Ok(part.share * (1.0 / ratio - 1.0))
+        };
+        let changes: Result<Vec<f64>, MicrochannelClosed> = stretches.iter().map(change).collect();
+        changes.map_or(Cell::from("closed"), |changes| {
+            Cell::Number(changes.iter().sum())
+        })
+    }
+
+    /// Names of a quantity of each load: the second has the suffix of its columns.
+    fn of_each(&self, what: &str) -> impl Iterator<Item = String> {
+        let suffixes = ["", "_2"].into_iter().take(self.loads_at_once);
+        suffixes.map(move |suffix| format!("{what}{suffix}"))
     }
 }
 
@@ -250,10 +317,14 @@ impl Predictor for MicrochannelPredictor {
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
+        self.loads_at_once = 1 + usize::from(is_double(&loads.given.columns));
         if self.field.is_none() {
             return Ok(None);
         }
-        let pressures = (0..loads.len()).map(|row| pressure_of(&loads.load(row)).1);
+        let pressures = (0..loads.len()).flat_map(|row| {
+            let load = loads.load(row);
+            [0, SECOND].map(|first| pressure_of(&load, first).1)
+        });
         let greatest = pressures.fold(0.0, f64::max);
         if greatest == 0.0 {
             return Ok(None);
@@ -273,38 +344,39 @@ impl Predictor for MicrochannelPredictor {
             ));
         }
         let has = |column: usize| given.get(column) == Some(&true);
-        match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
-            (true, false, false) | (false, true, true) => Ok(()),
-            (false, true, false) => Err(String::from(
-                "a force says nothing without the area that it presses on: the microchannels respond to pressure; \
-                 give the area too, such as \"fz=25 mN, area=1 mm2\", or the pressure",
-            )),
-            (false, false, _) => Err(String::from(
-                "no load is given; name a pressure, or a force_z and its area",
-            )),
-            (true, _, _) => Err(String::from(
-                "a pressure and a force or an area are given; name a pressure alone, or a force_z and its area",
-            )),
+        if is_double(given) {
+            let second = &given[SECOND..];
+            one_load(second).map_err(|problem| {
+                format!("of the second load (columns that end in _2, words in 2): {problem}")
+            })?;
+            if !(has(LOADED_SHARE) && has(SECOND + LOADED_SHARE)) {
+                return Err(String::from(
+                    "two loads press on parts of the microchannels that lie beside each other: give loaded_share of the \
+                     first and loaded_share_2 of the second, such as \"p=10 kPa, share=0.1, p2=20 kPa, share2=0.2\"",
+                ));
+            }
         }
+        one_load(given)
     }
 
     fn scales_with_load(&self, column: usize) -> bool {
-        matches!(column, PRESSURE | FORCE_Z)
+        matches!(column % SECOND, PRESSURE | FORCE_Z)
     }
-
     fn columns(&self) -> Vec<Column> {
-        let mut columns = vec![
-            Column::new("pressure", "kPa", 1e3, "pa", 3),
-            Column::new("loaded_share", "", 1.0, "", 4),
-            Column::new("closed_form_change", "", 1.0, "", 4),
-        ];
+        let pressures = |name: String| Column::new(name, "kPa", 1e3, "pa", 4);
+        let ratios = |name: String| Column::new(name, "", 1.0, "", 4);
+        let pressure = |name: String| Column::new(name, "kPa", 1e3, "pa", 3);
+        let mut columns: Vec<Column> = self.of_each("pressure").map(pressure).collect();
+        columns.extend(self.of_each("loaded_share").map(ratios));
+        columns.push(ratios(String::from("closed_form_change")));
         for layer in LAYERS {
             let of = |what: &str| format!("{layer}_{what}");
+            columns.extend(self.of_each(&of("net_pressure")).map(pressures));
+            columns.push(pressures(of("internal_pressure")));
+            columns.extend(self.of_each(&of("area_ratio")).map(ratios));
+            let thinnest = |name: String| Column::new(name, "", 1.0, "", 3);
+            columns.extend(self.of_each(&of("thinnest_ratio")).map(thinnest));
             columns.extend([
-                Column::new(of("net_pressure"), "kPa", 1e3, "pa", 4),
-                Column::new(of("internal_pressure"), "kPa", 1e3, "pa", 4),
-                Column::new(of("area_ratio"), "", 1.0, "", 4),
-                Column::new(of("thinnest_ratio"), "", 1.0, "", 3),
                 Column::new(of("volume_ratio"), "", 1.0, "", 4),
                 Column::new(of("resistance"), "ohm", 1.0, "ohm", 4),
                 Column::new(of("change"), "", 1.0, "", 5),
@@ -326,7 +398,8 @@ impl Predictor for MicrochannelPredictor {
         columns.push(Column::new("saturates_at_resistance", ohm, 1.0, ohm, 4));
         if self.field.is_some() {
             for layer in LAYERS {
-                columns.push(Column::new(format!("{layer}_gap"), "um", 1e-6, "m", 3));
+                let gap = |name: String| Column::new(name, "um", 1e-6, "m", 3);
+                columns.extend(self.of_each(&format!("{layer}_gap")).map(gap));
             }
             columns.push(Column::new("greatest_stress", "kPa", 1e3, "pa", 3));
         }
@@ -334,29 +407,31 @@ impl Predictor for MicrochannelPredictor {
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
-        let share = load.number(LOADED_SHARE).unwrap_or(1.0);
-        let (column, pressure) = pressure_of(load);
-        let answer = self.predict(pressure, share).map_err(|error| LoadRefused {
-            column,
-            message: error.to_string(),
-            help: String::from("give a pressure of zero or more"),
-        })?;
-        row.push(Cell::Number(pressure));
-        row.push(Cell::Number(share));
-        row.push(match answer.closed_form {
-            Ok(ratio) => Cell::Number(share * (1.0 / ratio - 1.0)),
-            Err(_) => Cell::from("closed"),
-        });
+        let stretches = stretches_of(load)?;
+        let (column, pressure) = pressure_of(load, 0);
+        let answer = self
+            .predict_parts(&stretches)
+            .map_err(|error| LoadRefused {
+                column,
+                message: error.to_string(),
+                help: String::from("give a pressure of zero or more"),
+            })?;
+        let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
+        // All but the last part, on which nothing presses.
+        let loads = || (0..self.loads_at_once).map(|load| (load, load + 1 < stretches.len()));
+        let of_loads = |of: &dyn Fn(usize) -> Option<f64>| -> Vec<Cell> {
+            let cells = loads().map(|(load, there)| number(of(load).filter(|_| there)));
+            cells.collect()
+        };
+        row.extend(of_loads(&|load| Some(stretches.get(load)?.pressure)));
+        row.extend(of_loads(&|load| Some(stretches.get(load)?.share)));
+        row.push(self.closed_form_change(&stretches));
         for (layer, drawn) in answer.layers.iter().zip(&self.layers) {
-            row.extend(
-                [
-                    layer.loaded.net_pressure,
-                    layer.internal_pressure,
-                    layer.loaded.area_ratio,
-                ]
-                .map(Cell::Number),
-            );
-            row.push(layer.thinnest.map_or(Cell::from(""), Cell::Number));
+            let part = |load: usize| layer.parts.get(load);
+            row.extend(of_loads(&|load| Some(part(load)?.loaded.net_pressure)));
+            row.push(Cell::Number(layer.internal_pressure));
+            row.extend(of_loads(&|load| Some(part(load)?.loaded.area_ratio)));
+            row.extend(of_loads(&|load| part(load)?.thinnest));
             row.push(Cell::Number(layer.volume_ratio));
             row.push(Cell::Number(layer.resistance));
             // Of a bound only the resistance is reported; a signal that is only
@@ -376,10 +451,11 @@ impl Predictor for MicrochannelPredictor {
         let signal = &self.board.signal;
         row.push(Cell::Number(signal.resistance(self.board.saturation)));
         if let Some(field) = &self.field {
-            let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
-            row.extend(answer.layers.iter().map(|layer| number(layer.gap)));
+            for layer in &answer.layers {
+                row.extend(of_loads(&|load| layer.parts.get(load)?.gap));
+            }
             // The stress belongs to the load on the whole top.
-            let solved = field.solved.as_ref().filter(|_| share == 1.0);
+            let solved = field.solved.as_ref().filter(|_| stretches[0].share == 1.0);
             row.push(number(solved.and_then(|solved| solved.stress(pressure))));
         }
         Ok(())
@@ -392,8 +468,10 @@ impl Predictor for MicrochannelPredictor {
     }
 
     fn clips(&self, load: &Load<'_>) -> bool {
-        let share = load.number(LOADED_SHARE).unwrap_or(1.0);
-        let answer = self.predict(pressure_of(load).1, share);
+        let Ok(stretches) = stretches_of(load) else {
+            return false;
+        };
+        let answer = self.predict_parts(&stretches);
         answer.is_ok_and(|answer| answer.layers.iter().any(|layer| layer.number.clipped))
     }
 
@@ -426,6 +504,24 @@ impl Predictor for MicrochannelPredictor {
             });
         }
         curves
+    }
+}
+
+/// Checks that the columns of one load say how hard it presses.
+fn one_load(given: &[bool]) -> Result<(), String> {
+    let has = |column: usize| given.get(column) == Some(&true);
+    match (has(PRESSURE), has(FORCE_Z), has(AREA_COLUMN)) {
+        (true, false, false) | (false, true, true) => Ok(()),
+        (false, true, false) => Err(String::from(
+            "a force says nothing without the area that it presses on: the microchannels respond to pressure; \
+             give the area too, such as \"fz=25 mN, area=1 mm2\", or the pressure",
+        )),
+        (false, false, _) => Err(String::from(
+            "no load is given; name a pressure, or a force_z and its area",
+        )),
+        (true, _, _) => Err(String::from(
+            "a pressure and a force or an area are given; name a pressure alone, or a force_z and its area",
+        )),
     }
 }
 
