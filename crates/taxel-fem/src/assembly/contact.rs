@@ -125,7 +125,7 @@ impl System {
     }
 
     /// Vectors of nodes over what moves these.
-    fn slots_of(&self, nodes: &[u32], vectors: &Nodal) -> Vec<(Slot, f64)> {
+    fn slots_of(&self, nodes: &[u32], vectors: &[[f64; 3]]) -> Vec<(Slot, f64)> {
         let mut slots = Vec::new();
         for (&node, vector) in nodes.iter().zip(vectors) {
             for (i, &x) in vector.iter().enumerate().take(self.unknowns.components()) {
@@ -262,7 +262,7 @@ impl System {
             self.push(&moves, &rubbing.traction.map(|t| area * t), &bend, out);
             if pressure > 0.0 {
                 for change in meeting.friction_changes(&numbers, point, (&rubbing, height)) {
-                    let forces = change.forces.iter().map(|f| f.map(|x| area * x)).collect();
+                    let forces: Nodal = change.forces.iter().map(|f| f.map(|x| area * x)).collect();
                     let forces = self.slots_of(&nodes, &forces);
                     out.add_unsymmetric(&forces, &self.slots_of(&nodes, &change.motion));
                 }

@@ -46,7 +46,7 @@ fn add(sum: &mut [f64; 3], by: f64, v: [f64; 3]) {
 }
 
 /// Adds a multiple of one set of vectors to another.
-fn add_all(sum: &mut Nodal, by: f64, of: &Nodal) {
+fn add_all(sum: &mut [[f64; 3]], by: f64, of: &[[f64; 3]]) {
     for (sum, v) in sum.iter_mut().zip(of) {
         add(sum, by, *v);
     }

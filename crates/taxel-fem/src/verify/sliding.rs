@@ -54,16 +54,16 @@ impl Carriage {
         Ok(())
     }
 
-    fn meets(&mut self, surfaces: [&str; 2], friction: f64) -> Result<&mut SurfacePair, Failure> {
+    /// A pair of these surfaces, not yet part of the problem.
+    fn pair(&self, surfaces: [&str; 2], friction: f64) -> Result<SurfacePair, Failure> {
         let [first, second] = surfaces;
         let facets = [self.problem.surface(first)?, self.problem.surface(second)?];
-        let mut pair = SurfacePair::new(&self.problem.mesh, facets, 1.0);
-        pair.friction = friction;
+        let pair = SurfacePair::new(&self.problem.mesh, facets, 1.0);
+        Ok(SurfacePair { friction, ..pair })
+    }
+
+    fn touches(&mut self, pair: SurfacePair) {
         self.problem.contacts.push(Contact::Surfaces(pair));
-        let Some(Contact::Surfaces(pair)) = self.problem.contacts.last_mut() else {
-            unreachable!("it was pushed");
-        };
-        Ok(pair)
     }
 }
 
@@ -73,9 +73,12 @@ pub(super) fn carried(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     let upper = plane(Axis::uniform(-0.5, 0.5, 3)?, Axis::uniform(0.0, 0.5, 2)?)?;
     let mut carriage = Carriage::new(&slab, Some(&upper))?;
     carriage.held_above()?;
-    let pair = carriage.meets(["upper_bottom", "slab_top"], 0.0)?;
     // Rounds of multipliers depend on the way until the overlap is gone.
-    pair.overlap_limit = 1e-9;
+    let pair = carriage.pair(["upper_bottom", "slab_top"], 0.0)?;
+    carriage.touches(SurfacePair {
+        overlap_limit: 1e-9,
+        ..pair
+    });
     let mut solver = Solver::new(carriage.problem)?;
     solver.settings.multipliers = Multipliers::Corners;
     solver.settings.rounds = 20;
@@ -194,7 +197,7 @@ pub(super) fn ironing(case: &mut Case, effort: Effort) -> Result<(), Failure> {
             rigid.travel[0] = Motion::Driven(carriage.drag, 1.0);
             rigid.travel[1] = Motion::Driven(carriage.press, -1.0);
             carriage.problem.rigid_bodies.push(rigid);
-            carriage.meets(surfaces, *friction)?;
+            carriage.touches(carriage.pair(surfaces, *friction)?);
             let found = ironed(case, carriage)?;
             let of = format!("rigid indenter, friction {friction}, {name}");
             case.relative(format!("press, {of}"), exact[0], found[0], limit);
@@ -210,7 +213,7 @@ pub(super) fn ironing(case: &mut Case, effort: Effort) -> Result<(), Failure> {
         let (base, upper) = (slab(fineness)?, indenter(2 * fineness)?);
         let mut carriage = Carriage::new(&base, Some(&upper))?;
         carriage.held_above()?;
-        carriage.meets(["upper_bottom", "slab_top"], 0.3)?;
+        carriage.touches(carriage.pair(["upper_bottom", "slab_top"], 0.3)?);
         ironed(case, carriage)
     };
     let (coarse, fine) = (soft(case, 4)?, soft(case, 8)?);
