@@ -251,6 +251,15 @@ fn wrong_input_is_refused_before_anything_is_solved() {
             "help: give one of",
         ],
     );
+    fs::write(
+        folder.join("dome.msh"),
+        "$MeshFormat\n4.0 0 8\n$EndMeshFormat\n",
+    )
+    .unwrap();
+    refused(
+        &["solve", text(&problem)],
+        &["dome.msh", "line 2", "version 4.0"],
+    );
     // A single name in place of a list, and a unit that is not known.
     let problem = own(&folder, "dome", "held = [\"x\"]", "held = \"x\"");
     refused(
@@ -265,15 +274,6 @@ fn wrong_input_is_refused_before_anything_is_solved() {
     refused(
         &["solve", text(&problem)],
         &["\"furlong\" is no known unit", "a length: nm, um, mm"],
-    );
-    fs::write(
-        folder.join("dome.msh"),
-        "$MeshFormat\n4.0 0 8\n$EndMeshFormat\n",
-    )
-    .unwrap();
-    refused(
-        &["solve", text(&problem)],
-        &["dome.msh", "line 2", "version 4.0"],
     );
     refused(&["solve", "no-such"], &["dome, channel, fingertip"]);
     refused(&["solve", "dome", "--plot", "a.html"], &[".svg"]);
