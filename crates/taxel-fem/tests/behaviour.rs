@@ -9,7 +9,7 @@ use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
     Cavity, Contact, DeadLoad, FreeMotion, FreePart, Motion, Obstacle, Parameter, Pressure,
-    Problem, ProblemError, Quantity, Rule, Shape,
+    Problem, ProblemError, Quantity, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::Reason;
 use taxel_fem::solver::newton::{Continue, Multipliers, Solver};
@@ -721,4 +721,81 @@ fn a_point_that_comes_to_touch_rubs_from_where_it_was() {
     };
     let (few, many) = (pull(2.0), pull(24.0));
     assert!((few / many - 1.0).abs() < 0.03, "{few} {many}");
+}
+
+/// A rough round indenter over a slab of a third of its shear modulus: radius 0.6, width 1.
+fn ironing() -> Solver {
+    let block = |x: [f64; 2], y: [f64; 2], cells: [usize; 2]| {
+        let axes = [
+            Axis::uniform(x[0], x[1], cells[0]).unwrap(),
+            Axis::uniform(y[0], y[1], cells[1]).unwrap(),
+        ];
+        Grid2::new(axes, "solid").mesh().unwrap()
+    };
+    let slab = block([-2.0, 6.0], [-2.0, 0.0], [24, 4]);
+    let mut indenter = block([-0.5, 0.5], [0.0, 1.0], [4, 4]);
+    for point in &mut indenter.points {
+        let sag = 0.6 - (0.36 - point[0] * point[0]).sqrt();
+        point[1] += sag * (1.0 - point[1]);
+    }
+    let mesh = Mesh::joined(&[("slab", &slab), ("indenter", &indenter)], |_| false);
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials = [1.0, 3.0]
+        .map(|g| Material::new(Law::neo_hookean(g), Volumetric::Quadratic(20.0 * g)).unwrap())
+        .to_vec();
+    problem.clamp("slab_bottom").unwrap();
+    let press = problem.parameter("press", Rule::Given);
+    let drag = problem.parameter("drag", Rule::Given);
+    for (component, motion) in [
+        (0, Motion::Driven(drag, 1.0)),
+        (1, Motion::Driven(press, -1.0)),
+    ] {
+        problem.support("indenter_top", component, motion).unwrap();
+    }
+    let surfaces = ["indenter_bottom", "slab_top"].map(|name| problem.surface(name).unwrap());
+    let mut pair = SurfacePair::new(&problem.mesh, surfaces, 1.0);
+    pair.friction = 0.3;
+    problem.contacts.push(Contact::Surfaces(pair));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.multipliers = Multipliers::Corners;
+    solver
+}
+
+/// `cargo test --locked -p taxel-fem --test behaviour to_and_fro -- --ignored --nocapture`
+#[test]
+#[ignore = "a minute; a thousand steps of a stroke, its forces printed"]
+#[allow(clippy::print_stdout)]
+fn a_stroke_to_and_fro_returns_to_its_forces() {
+    let mut solver = ironing();
+    let press = 0.3;
+    solver.load_to(&[press, 0.0], |_, _| Continue::Yes).unwrap();
+    let (mut steps, mut cycle, mut second) = (0, 0, Vec::new());
+    while steps < 1000 {
+        cycle += 1;
+        let mut forces = Vec::new();
+        for part in 1..=20 {
+            let angle = std::f64::consts::TAU * f64::from(part) / 20.0;
+            let targets = [press, 0.5 * angle.sin()];
+            solver
+                .load_to(&targets, |_, _| {
+                    steps += 1;
+                    Continue::Yes
+                })
+                .unwrap();
+            let along = solver.evaluate().unwrap().along;
+            forces.push([along[0], along[1]]);
+        }
+        println!(
+            "cycle {cycle}, {steps} steps: {:.9?} {:.9?}",
+            forces[4], forces[9]
+        );
+        if cycle == 2 {
+            second.clone_from(&forces);
+        }
+        for (now, then) in forces.iter().zip(&second) {
+            for d in 0..2 {
+                assert!((now[d] - then[d]).abs() < 1e-6, "{cycle} {now:?} {then:?}");
+            }
+        }
+    }
 }

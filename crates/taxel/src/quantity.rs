@@ -554,9 +554,17 @@ impl AnyQuantity {
         // Without one, the message of any dimension asks for the number and the unit.
         let dimension = dimension.ok_or_else(|| {
             if symbol.is_empty() {
-                format!("\"{text}\" has no unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\"")
+                format!(
+                    "\"{text}\" has no unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\""
+                )
             } else {
-                format!("\"{symbol}\" is no known unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\"")
+                let known: Vec<String> = dimensions()
+                    .map(|dimension| format!("{}: {}", dimension.name, dimension.symbols()))
+                    .collect();
+                format!(
+                    "\"{symbol}\" is no known unit{HELP}use one of {}",
+                    known.join("; ")
+                )
             }
         })?;
         let value = dimension.read_sized(text)?;

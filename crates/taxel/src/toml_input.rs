@@ -42,6 +42,12 @@ pub fn parse_up_to<T: DeserializeOwned>(
         }
         let span = error.span().unwrap_or(0..0);
         let key = key_at(text, &span);
+        if message.starts_with("invalid type:") && message.ends_with("expected a sequence") {
+            let given = text.get(span.clone()).unwrap_or_default();
+            return InputError::at(file, text, span, format!("{given} is no list"))
+                .key(key)
+                .help(format!("write it in brackets: [{given}]"));
+        }
         InputError::at(file, text, span, message)
             .key(key)
             .help(help)

@@ -108,6 +108,8 @@ fn a_problem_of_a_user_is_solved_and_written_in_all_ways() {
     assert!(lines[3].starts_with("2,0.5,"), "{table}");
     let picture = fs::read_to_string(&svg).unwrap();
     assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n"));
+    // The scale bar of a section 5 mm wide, in a unit that goes into it.
+    assert!(picture.contains(">1 mm</text>"), "{picture}");
     let list = fs::read_to_string(vtu.join("steps.pvd")).unwrap();
     for step in 0..3 {
         assert!(
@@ -257,6 +259,21 @@ fn wrong_input_is_refused_before_anything_is_solved() {
     refused(
         &["solve", text(&problem)],
         &["dome.msh", "line 2", "version 4.0"],
+    );
+    // A single name in place of a list, and a unit that is not known.
+    let problem = own(&folder, "dome", "held = [\"x\"]", "held = \"x\"");
+    refused(
+        &["solve", text(&problem)],
+        &[
+            "problem.toml:27:8: support.1.held",
+            "\"x\" is no list",
+            "help: write it in brackets: [\"x\"]",
+        ],
+    );
+    let problem = own(&folder, "dome", "\"1.5 mm\"", "\"1.5 furlong\"");
+    refused(
+        &["solve", text(&problem)],
+        &["\"furlong\" is no known unit", "a length: nm, um, mm"],
     );
     refused(&["solve", "no-such"], &["dome, channel, fingertip"]);
     refused(&["solve", "dome", "--plot", "a.html"], &[".svg"]);

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::foot::Foot;
 use super::friction::{Friction, friction};
+use super::meeting::{Meeting, Nodal, each_meeting, rub_surface};
 use super::points::{ContactPoint, each_point_of};
-use super::surfaces::{PairTables, Search};
+use super::surfaces::PairTables;
 use super::system::{Assembled, System};
 use super::unsymmetric::Slot;
 use crate::assembly::state::State;
@@ -36,15 +36,6 @@ struct Moves<'m> {
     factors: &'m [f64],
     /// Places of the nodes in the matrix; none where it has none.
     places: Option<&'m [u32]>,
-}
-
-/// A point of a surface over another one.
-struct Meeting {
-    /// Number of the facet of the second surface.
-    facet: usize,
-    foot: Foot,
-    gap: Gap,
-    pressure: f64,
 }
 
 impl System {
@@ -128,6 +119,19 @@ impl System {
             for i in 0..self.unknowns.components() {
                 let own = self.slots(node, i);
                 slots.extend(own.map(|(slot, share)| (slot, share * factor * vector[i])));
+            }
+        }
+        slots
+    }
+
+    /// Vectors of nodes over what moves these.
+    fn slots_of(&self, nodes: &[u32], vectors: &[[f64; 3]]) -> Vec<(Slot, f64)> {
+        let mut slots = Vec::new();
+        for (&node, vector) in nodes.iter().zip(vectors) {
+            for (i, &x) in vector.iter().enumerate().take(self.unknowns.components()) {
+                if x != 0.0 {
+                    slots.extend(self.slots(node, i).map(|(slot, share)| (slot, share * x)));
+                }
             }
         }
         slots
@@ -217,49 +221,57 @@ impl System {
                 places: tables.places_of(pairing),
             };
             let normal = meeting.gap.normal;
-            let second = if pressure > 0.0 {
-                meeting.foot.curvature(point.values)
+            let changes = if pressure > 0.0 {
+                meeting.changes(&numbers, point)
             } else {
-                None
+                Vec::new()
             };
-            let own = point.values.len();
-            let size = 3 * (own + meeting.foot.shapes.values.len());
-            // A node of both facets counts in either.
-            let turned = |i: usize, a: usize, j: usize, b: usize| -> f64 {
-                let Some(second) = &second else {
-                    return 0.0;
-                };
-                let parts = |n: usize| {
-                    let [first, other] = numbers[n];
-                    [first, other.map(|k| own + k)].into_iter().flatten()
-                };
-                let columns = parts(b);
-                parts(a)
-                    .flat_map(|row| columns.clone().map(move |column| (row, column)))
-                    .map(|(row, column)| second[(3 * row + i) * size + 3 * column + j])
-                    .sum()
-            };
-            let stiff = area * pair.stiffness;
+            let (stiff, half) = (area * pair.stiffness, 0.5 * area * pressure);
+            // Half of each change has its mirror image in the matrix, and the other half here.
             self.push_by(
                 &moves,
                 &normal.map(|n| -area * pressure * n),
                 out,
                 |i, a, j, b| {
+                    let turned = changes.iter().map(|change| {
+                        let (forces, motion) = (&change.forces, &change.motion);
+                        forces[a][i] * motion[b][j] + motion[a][i] * forces[b][j]
+                    });
                     stiff * factors[a] * factors[b] * normal[i] * normal[j]
-                        - area * pressure * turned(i, a, j, b)
+                        + half * turned.sum::<f64>()
                 },
             );
+            for change in &changes {
+                let forces = self.slots_of(&nodes, &change.forces);
+                let motion = self.slots_of(&nodes, &change.motion);
+                let scaled = |slots: &[(Slot, f64)], by: f64| -> Vec<(Slot, f64)> {
+                    slots.iter().map(|&(slot, x)| (slot, by * x)).collect()
+                };
+                out.add_unsymmetric(&scaled(&forces, half), &motion);
+                out.add_unsymmetric(&scaled(&motion, -half), &forces);
+            }
+            let incline = self.slots_of(&nodes, &meeting.incline(&numbers, point));
+            out.add_unsymmetric(&self.along(&moves, normal.map(|n| stiff * n)), &incline);
             // It acts on the second surface where the point is, near to its anchor while it sticks.
-            let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
+            let Some((rubbing, height)) =
+                rub_surface((tables, pair), contact, point, &meeting, places)
             else {
                 return;
             };
             let bend = rubbing.tangent.map(|row| row.map(|entry| area * entry));
             self.push(&moves, &rubbing.traction.map(|t| area * t), &bend, out);
+            if pressure > 0.0 {
+                for change in meeting.friction_changes(&numbers, point, (&rubbing, height)) {
+                    let forces: Nodal = change.forces.iter().map(|f| f.map(|x| area * x)).collect();
+                    let forces = self.slots_of(&nodes, &forces);
+                    out.add_unsymmetric(&forces, &self.slots_of(&nodes, &change.motion));
+                }
+            }
             if rubbing.sliding != [0.0; 3] {
                 let slope = pair.friction * pair.stiffness;
-                let forces = self.along(&moves, rubbing.sliding.map(|d| area * d));
-                let motion = self.along(&moves, normal.map(|n| -slope * n));
+                let forces = self.along(&moves, rubbing.sliding.map(|d| -slope * area * d));
+                let mut motion = self.along(&moves, normal);
+                motion.extend(incline);
                 out.add_unsymmetric(&forces, &motion);
             }
         });
@@ -518,10 +530,10 @@ impl System {
                             };
                             match rubbing {
                                 // It sticks, or has slid to a new place.
-                                Some(rubbing) if rubbing.sliding == [0.0; 3] => {
+                                Some((rubbing, _)) if rubbing.sliding == [0.0; 3] => {
                                     old.anchor(point.number).unwrap_or_default()
                                 }
-                                Some(rubbing) => tables.anchor_at(
+                                Some((rubbing, _)) => tables.anchor_at(
                                     (&meeting.foot, meeting.facet),
                                     rubbing.anchor,
                                     &places,
@@ -549,55 +561,6 @@ fn factors(numbers: &[[Option<usize>; 2]], first: &[f64], second: &[f64]) -> Vec
     factors
         .map(|&[own, other]| value(first, own) - value(second, other))
         .collect()
-}
-
-/// Every contact point of a pair, with what it is over.
-fn each_meeting(
-    problem: &Problem,
-    (contact, places): (&ContactState, &[[f64; 3]]),
-    (tables, pair): (&PairTables, &SurfacePair),
-    hears: &mut dyn FnMut(&ContactPoint<'_>, Option<Meeting>),
-) {
-    let mut search = Search::new(tables, places);
-    let table_of = |facet, _| &tables.tables[facet];
-    each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
-        let last = contact.anchor(point.number);
-        let last = last.and_then(|anchor| Some(anchor.facet? as usize));
-        let meeting = search.nearest(point, last).map(|(facet, foot)| Meeting {
-            facet,
-            gap: Gap {
-                distance: foot.distance,
-                normal: foot.normal,
-                curvature: [[0.0; 3]; 3],
-            },
-            pressure: contact.multiplier(point.number) - pair.stiffness * foot.distance,
-            foot,
-        });
-        hears(point, meeting);
-    });
-}
-
-/// Friction at a point that touches a surface; none before it has an anchor.
-fn rub_surface(
-    (tables, pair): (&PairTables, &SurfacePair),
-    contact: &ContactState,
-    point: &ContactPoint<'_>,
-    meeting: &Meeting,
-    places: &[[f64; 3]],
-) -> Option<Friction> {
-    let anchor = contact
-        .anchor(point.number)
-        .filter(|_| pair.friction > 0.0)?;
-    let facet = anchor.facet? as usize;
-    let held = tables.place_on(facet, anchor.place, places);
-    let bound = pair.friction * meeting.pressure.max(0.0);
-    Some(friction(
-        &meeting.gap,
-        point.place,
-        held,
-        pair.stiffness,
-        bound,
-    ))
 }
 
 /// Friction at a point that touches; none before it has an anchor.
@@ -685,7 +648,8 @@ impl ContactProbe {
             pressure = meeting.pressure.max(0.0);
             normal = meeting.gap.normal;
             if pressure > 0.0
-                && let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
+                && let Some((rubbing, _)) =
+                    rub_surface((tables, pair), contact, point, &meeting, places)
             {
                 traction = rubbing.traction.map(|t| -t);
             }

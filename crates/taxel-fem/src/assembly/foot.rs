@@ -1,4 +1,4 @@
-//! The point of a deformed facet that is nearest to a place.
+//! The point of a deformed facet that is nearest to a place, or that lies ahead of it.
 
 use crate::mesh::{FacetShape, Shapes};
 
@@ -7,22 +7,20 @@ const ITERATIONS: usize = 25;
 /// Reference coordinates beyond which the search is given up.
 const FAR: f64 = 3.0;
 
-/// A place over a facet: its distance with what the derivatives need.
+/// A place over a facet.
 #[derive(Clone, Debug)]
 pub(super) struct Foot {
-    /// Reference coordinates of the foot of the perpendicular; may lie a little outside.
+    /// Reference coordinates of the point of the facet; may lie a little outside.
     pub(super) at: [f64; 3],
     /// Shape functions of the facet there.
     pub(super) shapes: Shapes,
     /// Tangents along the reference coordinates, m.
     pub(super) tangents: [[f64; 3]; 2],
-    /// Derivatives of the tangents, m.
-    pub(super) bends: [[[f64; 3]; 2]; 2],
     /// Unit normal out of the body of the facet.
     pub(super) normal: [f64; 3],
-    /// Distance along the normal, m; negative inside.
+    /// Distance, m; negative inside.
     pub(super) distance: f64,
-    /// Way from the foot to the facet, m; zero inside.
+    /// Way from the point to the facet, m; zero inside.
     pub(super) overshoot: f64,
     /// Distance from the facet itself, m.
     pub(super) from_facet: f64,
@@ -70,9 +68,14 @@ pub(super) fn frame(
     nodes: &[[f64; 3]],
 ) -> ([f64; 3], [[f64; 3]; 2], [f64; 3]) {
     let place = sum(shapes.values.iter().copied(), nodes);
-    let tangents = std::array::from_fn(|k| sum(shapes.gradients.iter().map(|g| g[k]), nodes));
-    let [s, t]: [[f64; 3]; 2] = tangents;
-    let normal = if directions(shape) == 1 {
+    let tangents: [[f64; 3]; 2] =
+        std::array::from_fn(|k| sum(shapes.gradients.iter().map(|g| g[k]), nodes));
+    (place, tangents, normal_of(directions(shape), tangents))
+}
+
+/// Unit normal of a facet with so many tangents.
+pub(super) fn normal_of(count: usize, [s, t]: [[f64; 3]; 2]) -> [f64; 3] {
+    let normal = if count == 1 {
         [s[1], -s[0], 0.0]
     } else {
         [
@@ -82,7 +85,7 @@ pub(super) fn frame(
         ]
     };
     let length = dot(normal, normal).sqrt();
-    (place, tangents, normal.map(|x| x / length))
+    normal.map(|x| x / length)
 }
 
 /// The nearest point of the facet's own range.
@@ -169,100 +172,116 @@ pub(super) fn foot(shape: FacetShape, nodes: &[[f64; 3]], place: [f64; 3]) -> Op
             break;
         }
     }
+    let mut found = found(shape, nodes, (place, at));
+    if found.overshoot == 0.0 {
+        found.from_facet = found.distance.abs();
+    }
+    Some(found)
+}
+
+/// The facet at some reference coordinates, with the distance along its normal.
+fn found(shape: FacetShape, nodes: &[[f64; 3]], (place, at): ([f64; 3], [f64; 3])) -> Foot {
     let shapes = shape.shapes(at);
     let (point, tangents, normal) = frame(shape, &shapes, nodes);
     let nearest = within(shape, at);
-    let (overshoot, from_facet) = if nearest == at {
-        (0.0, dot(minus(place, point), normal).abs())
+    let own = if nearest == at {
+        point
     } else {
-        let (own, ..) = frame(shape, &shape.shapes(nearest), nodes);
-        let length = |v: [f64; 3]| dot(v, v).sqrt();
-        (length(minus(point, own)), length(minus(place, own)))
+        frame(shape, &shape.shapes(nearest), nodes).0
     };
-    Some(Foot {
-        bends: bends(shape, at, nodes),
+    let length = |v: [f64; 3]| dot(v, v).sqrt();
+    Foot {
         distance: dot(minus(place, point), normal),
         at,
         shapes,
         tangents,
         normal,
-        overshoot,
-        from_facet,
+        overshoot: length(minus(point, own)),
+        from_facet: length(minus(place, own)),
+    }
+}
+
+/// Unit vectors across a unit vector; in a plane one that lies in it, and none.
+fn across(direction: [f64; 3], count: usize) -> [[f64; 3]; 2] {
+    let [x, y, z] = direction;
+    if count == 1 {
+        return [[-y, x, 0.0], [0.0; 3]];
+    }
+    // From the axis that is farthest from it.
+    let first = if x.abs() <= y.abs() && x.abs() <= z.abs() {
+        [0.0, -z, y]
+    } else if y.abs() <= z.abs() {
+        [z, 0.0, -x]
+    } else {
+        [-y, x, 0.0]
+    };
+    let length = dot(first, first).sqrt();
+    let first = first.map(|x| x / length);
+    let second = [
+        y * first[2] - z * first[1],
+        z * first[0] - x * first[2],
+        x * first[1] - y * first[0],
+    ];
+    [first, second]
+}
+
+/// Vectors across a direction whose products with the tangents of a facet are one with their own
+/// and zero with the other: change of the reference coordinates of the point that lies ahead by a
+/// motion of the facet or of the place. None where the facet is seen edge-on.
+pub(super) fn duals(
+    tangents: [[f64; 3]; 2],
+    direction: [f64; 3],
+    count: usize,
+) -> Option<[[f64; 3]; 2]> {
+    let across = across(direction, count);
+    let of = |i: usize, k: usize| dot(across[i], tangents[k]);
+    if count == 1 {
+        let own = of(0, 0);
+        return (own != 0.0).then(|| [across[0].map(|x| x / own), [0.0; 3]]);
+    }
+    let determinant = of(0, 0) * of(1, 1) - of(0, 1) * of(1, 0);
+    (determinant != 0.0).then(|| {
+        let row = |a: f64, b: f64| {
+            std::array::from_fn(|d| (a * across[0][d] + b * across[1][d]) / determinant)
+        };
+        [row(of(1, 1), -of(0, 1)), row(-of(1, 0), of(0, 0))]
     })
 }
 
-impl Foot {
-    /// Second derivative of the distance by the nodes, row by row: three components each of the
-    /// nodes of the point (`values` its shape functions), then of those of the facet. None where
-    /// the place lies beyond the centre of curvature.
-    pub(super) fn curvature(&self, values: &[f64]) -> Option<Vec<f64>> {
-        let count = if self.tangents[1] == [0.0; 3] { 1 } else { 2 };
-        let own = self.shapes.values.len();
-        let size = 3 * (values.len() + own);
-        let normal_part = |k: usize, l: usize| dot(self.normal, self.bends[k][l]);
-        let metric: [[f64; 2]; 2] = std::array::from_fn(|k| {
-            std::array::from_fn(|l| dot(self.tangents[k], self.tangents[l]))
-        });
-        let whole = std::array::from_fn(|k| {
-            std::array::from_fn(|l| metric[k][l] - self.distance * normal_part(k, l))
-        });
-        let (inverse_metric, inverse_whole) = (inverse(metric, count)?, inverse(whole, count)?);
-        // Linear forms over the components: along the tangents, the turn of the facet, and the
-        // change of the reference coordinates.
-        let mut along = [vec![0.0; size], vec![0.0; size]];
-        let mut turn = [vec![0.0; size], vec![0.0; size]];
-        let factors = values
-            .iter()
-            .copied()
-            .chain(self.shapes.values.iter().map(|v| -v));
-        for (node, factor) in factors.enumerate() {
-            for d in 0..3 {
-                for k in 0..count {
-                    along[k][3 * node + d] = factor * self.tangents[k][d];
-                    if node >= values.len() {
-                        let slope = self.shapes.gradients[node - values.len()][k];
-                        turn[k][3 * node + d] = slope * self.normal[d];
-                    }
-                }
-            }
-        }
-        let mut shift = [vec![0.0; size], vec![0.0; size]];
+/// The point of a facet on the straight line through a place, with the distance from it on the
+/// way `ahead`, a unit vector; none far beside the facet.
+pub(super) fn seen(
+    shape: FacetShape,
+    nodes: &[[f64; 3]],
+    (place, ahead): ([f64; 3], [f64; 3]),
+) -> Option<Foot> {
+    let count = directions(shape);
+    let mut at = middle_of(shape);
+    for _ in 0..ITERATIONS {
+        let (point, tangents, _) = frame(shape, &shape.shapes(at), nodes);
+        let duals = duals(tangents, ahead, count)?;
+        let from = minus(place, point);
+        let mut most: f64 = 0.0;
+        let mut step = [0.0; 2];
         for k in 0..count {
-            for l in 0..count {
-                for (n, shift) in shift[k].iter_mut().enumerate() {
-                    *shift += inverse_whole[k][l] * (along[l][n] + self.distance * turn[l][n]);
-                }
-            }
+            step[k] = dot(duals[k], from);
+            most = most.max(step[k].abs());
         }
-        let mut bend = turn.clone();
+        let share = if most > 1.0 { 1.0 / most } else { 1.0 };
         for k in 0..count {
-            for l in 0..count {
-                for (n, bend) in bend[k].iter_mut().enumerate() {
-                    *bend += normal_part(k, l) * shift[l][n];
-                }
-            }
+            at[k] += share * step[k];
         }
-        let mut raised = [vec![0.0; size], vec![0.0; size]];
-        for k in 0..count {
-            for l in 0..count {
-                for (n, raised) in raised[k].iter_mut().enumerate() {
-                    *raised += inverse_metric[k][l] * along[l][n];
-                }
-            }
+        if at.iter().any(|x| x.abs() > FAR) || !most.is_finite() {
+            return None;
         }
-        let mut second = vec![0.0; size * size];
-        for i in 0..size {
-            for j in 0..=i {
-                let mut value = 0.0;
-                for k in 0..count {
-                    value -= bend[k][i] * raised[k][j] + turn[k][j] * shift[k][i];
-                }
-                second[i * size + j] = value;
-                second[j * size + i] = value;
-            }
+        if most < 1e-13 {
+            break;
         }
-        Some(second)
     }
+    let mut found = found(shape, nodes, (place, at));
+    let (point, ..) = frame(shape, &found.shapes, nodes);
+    found.distance = dot(minus(point, place), ahead);
+    Some(found)
 }
 
 #[cfg(test)]
@@ -293,69 +312,29 @@ mod tests {
     }
 
     #[test]
-    fn the_derivatives_of_the_distance_are_those_of_its_differences() {
+    fn the_point_ahead_lies_on_the_facet_and_on_the_line() {
         for shape in [FacetShape::Line3, FacetShape::Quad9, FacetShape::Tri7] {
-            let plane = shape == FacetShape::Line3;
             let nodes = bent(shape);
-            // Two nodes carry the point.
-            let values = [0.3, 0.7];
-            let ends = if plane {
-                [[0.2, -0.5, 0.0], [0.3, 0.3, 0.0]]
+            let (place, ahead) = if shape == FacetShape::Line3 {
+                ([0.27, 0.2, 0.0], [0.6, -0.8, 0.0])
             } else {
-                [[0.2, 0.3, 0.5], [0.4, 0.1, 0.3]]
+                ([0.26, 0.24, 0.4], [0.48, -0.36, -0.8])
             };
-            let at = |x: &[[f64; 3]]| {
-                let place = std::array::from_fn(|d| values[0] * x[0][d] + values[1] * x[1][d]);
-                foot(shape, &x[2..], place).unwrap_or_else(|| panic!("{shape:?}"))
-            };
-            let mut all = ends.to_vec();
-            all.extend(nodes);
-            let here = at(&all);
-            assert!(
-                here.overshoot == 0.0 && here.distance.abs() > 0.02,
-                "{here:?}"
-            );
-            let factors: Vec<f64> = values
-                .iter()
-                .copied()
-                .chain(here.shapes.values.iter().map(|v| -v))
-                .collect();
-            let second = here.curvature(&values).unwrap_or_default();
-            let size = 3 * all.len();
-            let step = 1e-5;
-            let gradient = |foot: &Foot, n: usize, d: usize| {
-                let factor = if n < 2 {
-                    values[n]
-                } else {
-                    -foot.shapes.values[n - 2]
-                };
-                factor * foot.normal[d]
-            };
-            for n in 0..all.len() {
-                for d in 0..if plane { 2 } else { 3 } {
-                    let moved = |sign: f64| {
-                        let mut moved = all.clone();
-                        moved[n][d] += sign * step;
-                        at(&moved)
-                    };
-                    let (up, down) = (moved(1.0), moved(-1.0));
-                    let slope = (up.distance - down.distance) / (2.0 * step);
-                    assert!(
-                        (slope - factors[n] * here.normal[d]).abs() < 1e-8,
-                        "{shape:?}"
-                    );
-                    for m in 0..all.len() {
-                        for e in 0..if plane { 2 } else { 3 } {
-                            let bend = (gradient(&up, m, e) - gradient(&down, m, e)) / (2.0 * step);
-                            let exact = second[(3 * m + e) * size + 3 * n + d];
-                            assert!(
-                                (bend - exact).abs() < 1e-7,
-                                "{shape:?} {n} {d} {m} {e}: {bend} {exact}"
-                            );
-                        }
-                    }
-                }
+            let found = seen(shape, &nodes, (place, ahead)).unwrap_or_else(|| panic!("{shape:?}"));
+            let (point, ..) = frame(shape, &found.shapes, &nodes);
+            for d in 0..3 {
+                let on_line = place[d] + found.distance * ahead[d];
+                assert!((point[d] - on_line).abs() < 1e-13, "{shape:?} {point:?}");
             }
+            // Along the normal it is the foot of the perpendicular.
+            let foot = foot(shape, &nodes, place).unwrap_or_else(|| panic!("{shape:?}"));
+            let same = seen(shape, &nodes, (place, foot.normal.map(|x| -x)));
+            let same = same.unwrap_or_else(|| panic!("{shape:?}"));
+            assert!((same.distance - foot.distance).abs() < 1e-13, "{shape:?}");
+            assert!(
+                foot.overshoot == 0.0 && foot.distance.abs() > 0.02,
+                "{foot:?}"
+            );
         }
     }
 }

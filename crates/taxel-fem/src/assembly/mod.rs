@@ -7,6 +7,7 @@ pub(crate) mod follow;
 mod foot;
 mod friction;
 pub mod kernel;
+mod meeting;
 pub(crate) mod mixed;
 mod overlap;
 mod points;

@@ -1,6 +1,6 @@
 //! Points of a surface that may touch something.
 
-use super::foot::dot;
+use super::foot::normal_of;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::Problem;
 use crate::problem::load::FacetTable;
@@ -48,8 +48,9 @@ impl ContactPoint<'_> {
         })
     }
 
-    /// Unit normal of the deformed surface at the point.
-    pub(super) fn facing(&self, places: &[[f64; 3]]) -> [f64; 3] {
+    /// Tangents of the deformed surface at the point along its reference coordinates, m, and its
+    /// unit normal out of the body.
+    pub(super) fn frame(&self, places: &[[f64; 3]]) -> ([[f64; 3]; 2], [f64; 3]) {
         let mut tangents = [[0.0; 3]; 2];
         for (&node, slope) in self.nodes.iter().zip(self.slopes) {
             for d in 0..3 {
@@ -58,18 +59,16 @@ impl ContactPoint<'_> {
                 }
             }
         }
-        let [s, t] = tangents;
-        let normal = if self.nodes.len() == FacetShape::Line3.node_count() {
-            [s[1], -s[0], 0.0]
+        (tangents, normal_of(self.directions(), tangents))
+    }
+
+    /// Number of reference coordinates of its facet.
+    pub(super) fn directions(&self) -> usize {
+        if self.nodes.len() == FacetShape::Line3.node_count() {
+            1
         } else {
-            [
-                s[1] * t[2] - s[2] * t[1],
-                s[2] * t[0] - s[0] * t[2],
-                s[0] * t[1] - s[1] * t[0],
-            ]
-        };
-        let length = dot(normal, normal).sqrt();
-        normal.map(|x| x / length)
+            2
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::dofs::Unknowns;
-use super::foot::{Foot, directions, dot, foot, frame, inverse, middle_of, minus};
+use super::foot::{Foot, directions, dot, foot, frame, inverse, middle_of, minus, seen};
 use super::overlap::{of_facet, of_line};
 use super::points::{ContactPoint, each_point_of};
 use crate::mesh::{Facet, FacetShape, Mesh};
@@ -18,10 +18,6 @@ const FACING: f64 = -0.1;
 const BESIDE: f64 = 0.5;
 /// The same for a point on the surface, over the side of the facet.
 const AT_EDGE: f64 = 1e-6;
-/// Way beside the facet that a point was over when the last step ended, over the side of the facet,
-/// up to which it stays over it: at the kink between two facets a point would change between them
-/// in every iteration.
-const STAYS: f64 = 0.02;
 /// Facets whose boxes are nearest to a point that are looked at.
 const LOOKED_AT: usize = 12;
 
@@ -284,13 +280,33 @@ impl<'t> Search<'t> {
         }
     }
 
+    /// The facet of the second surface that a point of the first looks at along the normal of its
+    /// own surface, ahead or, where it is inside, behind it; none within reach. The distance
+    /// changes steadily as the point moves from one facet to the next, and the direction does not
+    /// change at all.
+    pub(super) fn ahead(&mut self, point: &ContactPoint<'_>) -> Option<(usize, Foot)> {
+        let (_, facing) = point.frame(self.places);
+        let line = (point.place, facing);
+        let on = |shape, nodes: &[[f64; 3]]| seen(shape, nodes, line);
+        // Facets join each other: a line that meets the surface meets one.
+        self.best((point.facet, line), 0.0, &on)
+    }
+
     /// The facet of the second surface that a point of the first is over or in, with the foot of
-    /// the point on it; none within reach. `last` is the facet that it was over when the last
-    /// step ended.
-    pub(super) fn nearest(
+    /// the point on it; none within reach.
+    pub(super) fn nearest(&mut self, point: &ContactPoint<'_>) -> Option<(usize, Foot)> {
+        let (_, facing) = point.frame(self.places);
+        let on = |shape, nodes: &[[f64; 3]]| foot(shape, nodes, point.place);
+        self.best((point.facet, (point.place, facing)), BESIDE, &on)
+    }
+
+    /// The nearest facet on which a point of a facet is found, up to `beside` of its distance
+    /// beside it.
+    fn best(
         &mut self,
-        point: &ContactPoint<'_>,
-        last: Option<usize>,
+        (own, (place, facing)): (usize, ([f64; 3], [f64; 3])),
+        beside: f64,
+        on: &dyn Fn(FacetShape, &[[f64; 3]]) -> Option<Foot>,
     ) -> Option<(usize, Foot)> {
         let Self {
             tables,
@@ -298,20 +314,6 @@ impl<'t> Search<'t> {
             boxes,
             near,
         } = self;
-        let place = point.place;
-        let facing = point.facing(places);
-        let last = last.filter(|facet| !tables.adjacent[point.facet].contains(facet));
-        if let Some(facet) = last {
-            let nodes = PairTables::places(&tables.second[facet], places);
-            let stays = foot(tables.shapes[facet], &nodes, place).filter(|foot| {
-                foot.overshoot <= STAYS * tables.side
-                    && foot.distance.abs() <= tables.near().min(tables.reach)
-                    && dot(foot.normal, facing) <= FACING
-            });
-            if let Some(foot) = stays {
-                return Some((facet, foot));
-            }
-        }
         near.clear();
         for (facet, [low, high]) in boxes.iter().enumerate() {
             let mut square = 0.0;
@@ -319,9 +321,7 @@ impl<'t> Search<'t> {
                 let beside = (low[d] - place[d]).max(place[d] - high[d]).max(0.0);
                 square += beside * beside;
             }
-            if square <= tables.reach * tables.reach
-                && !tables.adjacent[point.facet].contains(&facet)
-            {
+            if square <= tables.reach * tables.reach && !tables.adjacent[own].contains(&facet) {
                 near.push((square, facet));
             }
         }
@@ -346,10 +346,10 @@ impl<'t> Search<'t> {
                     .iter()
                     .map(|&node| places[node as usize]),
             );
-            let Some(foot) = foot(tables.shapes[facet], &nodes, place) else {
+            let Some(foot) = on(tables.shapes[facet], &nodes) else {
                 continue;
             };
-            let beside = BESIDE * foot.distance.abs() + AT_EDGE * tables.side;
+            let beside = beside * foot.distance.abs() + AT_EDGE * tables.side;
             if foot.overshoot > beside
                 || foot.distance.abs() > tables.reach
                 || dot(foot.normal, facing) > FACING
@@ -407,7 +407,7 @@ pub fn tie(
     let table_of = |facet, _| &tables.tables[facet];
     let at_rest = (&table_of as &dyn Fn(_, _) -> _, mesh.points.as_slice());
     each_point_of(problem, &pair.first, at_rest, &mut |point| {
-        let Some((facet, foot)) = search.nearest(point, None) else {
+        let Some((facet, foot)) = search.nearest(point) else {
             lost.get_or_insert(point.place);
             return;
         };

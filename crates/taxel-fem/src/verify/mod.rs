@@ -16,6 +16,7 @@ mod manufactured;
 mod patch;
 mod pressurised;
 mod scaling;
+mod sliding;
 mod slit;
 mod surfaces;
 mod tools;
@@ -298,6 +299,8 @@ entries! {
     "C6.4", Exact, 3.0, surfaces::slit, "Slit whose walls meet";
     "C6.5", Exact, 1.0, surfaces::dragged, "Block dragged over a rough block";
     "C6.6", Exact, 1.0, surfaces::tied, "Tied blocks whose meshes do not match";
+    "C6.7", Exact, 1.0, sliding::carried, "Smooth block carried over a block without end";
+    "C6.8", Exact, 10.0, sliding::ironing, "Ironing: a round indenter drawn along a slab";
     "D1", Exact, 3.0, fields::coplanar_strips, "Coplanar strips in an open space";
     "D2", Exact, 3.0, fields::opposed_strips, "Opposed strips in an open space";
     "D3", Exact, 3.0, fields::coaxial_discs, "Coaxial discs in an open space";

@@ -487,12 +487,24 @@ impl Body {
             .svg()
     }
 
-    /// The unit in which the body measures one to a thousand.
+    /// The largest unit that goes into the scale bar of a picture, about a fifth of its width.
     fn length_unit(&self) -> (&'static str, f64) {
-        let far = self.largest_coordinate();
+        let mesh = &self.solver.problem().mesh;
+        let extent = |d: usize| -> f64 {
+            let along = mesh.points.iter().map(|point| point[d]);
+            let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            high - low
+        };
+        let width = if mesh.dimension() == 2 {
+            extent(0)
+        } else {
+            (0..3).map(extent).fold(0.0, f64::max)
+        };
         let units = quantity::LENGTH.units.iter().rev();
-        let mut fitting = units.filter(|(_, size)| *size <= far);
-        *fitting.next().unwrap_or(&("m", 1.0))
+        let mut fitting = units.filter(|(_, size)| *size <= 0.2 * width * (1.0 + 1e-9));
+        *fitting.next().unwrap_or(&quantity::LENGTH.units[0])
     }
 
     /// A failure with what the file calls its parts.

@@ -5,8 +5,8 @@ use crate::mesh::{Facet, Mesh};
 /// A surface that may not enter another one, or itself.
 ///
 /// Every point of integration of the first surface is kept out of the facet of the second that
-/// is nearest to it and faces it (Gauss point to segment, after Fischer and Wriggers, Comput.
-/// Mech. 36, 226, 2005): name the finer or softer one first. A facet of the first surface is
+/// it looks at along the normal of its own surface (after Poulios and Renard, Comput. Struct. 153,
+/// 75, 2015): name the finer or softer one first. A facet of the first surface is
 /// integrated in parts that end where the facets of the second over it do before the body is
 /// loaded, so that an even pressure passes through meshes that do not match. Where a surface is on both sides, every pair of its points is met
 /// twice, each time with half of its area.
