@@ -49,11 +49,13 @@ fn text(old: &str, new: &str) -> String {
     let text = Sensor::shipped_text("in-plane-50um").unwrap();
     assert!(text.contains(old));
     let text = text.replacen(old, new, 1);
-    text.replacen(
-        "\n[array]",
-        "\nmechanics = { table = \"path.json\" }\n\n[array]",
-        1,
-    )
+    with_key(&text)
+}
+
+/// The text of a sensor file that names the table.
+fn with_key(text: &str) -> String {
+    let key = "\nmechanics = { table = \"path.json\" }\n\n[array]";
+    text.replacen("\n[array]", key, 1)
 }
 
 fn with_table() -> Sensor {
@@ -91,7 +93,7 @@ fn hold(table: &PathTable, options: &TableOptions, shares: &[f64]) -> usize {
         "{:?}",
         table.mesh
     );
-    let stated = [table.interpolation.force, table.interpolation.change];
+    let stated = ["force", "change"].map(|of| table.interpolation.of(of));
     let kept = stated.iter().all(|error| *error <= options.tolerance);
     assert!(kept || options.leaps == Leaps::Stated, "{stated:?}");
     let drawn = Sensor::shipped("in-plane-50um").unwrap();
@@ -101,11 +103,11 @@ fn hold(table: &PathTable, options: &TableOptions, shares: &[f64]) -> usize {
         drawn.in_plane().unwrap().model(),
     );
     let inverse = model.inverse().unwrap();
-    let end = model.respond(table.largest_compression()).unwrap();
+    let end = model.respond(table.end()).unwrap();
     let area = model.layer.contact_area();
     let (mut seen, mut found_worst, mut worst_bias) = (0, [0.0_f64; 2], 0.0_f64);
     for share in shares {
-        let most = share * table.largest_compression();
+        let most = share * table.end();
         let way = SolvedInPlane::solve(&solved, most, &|_| false, &mut |_| {}).unwrap();
         for step in 1..=24 {
             // A state of the way, not one between two of them.
@@ -144,6 +146,9 @@ fn hold(table: &PathTable, options: &TableOptions, shares: &[f64]) -> usize {
     seen
 }
 
+/// Sensor of microchannels.
+const CHANNELS: &str = "liquid-metal-2x4";
+
 #[test]
 fn a_table_takes_the_place_of_the_closed_form_everywhere() {
     let drawn = Sensor::shipped("in-plane-50um").unwrap();
@@ -172,7 +177,11 @@ fn a_table_takes_the_place_of_the_closed_form_everywhere() {
         "{by_table} {by_form}"
     );
     let facts = taxel::summary::summary(&sensor).unwrap();
-    assert!(facts.iter().any(|fact| fact.name == "table_mesh_error"));
+    assert!(
+        facts
+            .iter()
+            .any(|fact| fact.name == "table_mesh_error_of_change")
+    );
     // Back to the closed form, as --mechanics closed-form asks.
     let back = sensor
         .by_closed_forms(&mut taxel::solutions::TablesOnly)
@@ -223,8 +232,8 @@ fn damaged_tables_and_wrong_devices_are_refused() {
     for damaged in [
         String::new(),
         whole[..whole.len() / 2].to_owned(),
-        whole.replacen("\"taxel_table\": 1", "\"taxel_table\": 2", 1),
-        whole.replacen("\"compressions\": [", "\"compressions\": [0.1,", 1),
+        whole.replacen("\"taxel_table\": 2", "\"taxel_table\": 1", 1),
+        whole.replacen("\"nodes\": [", "\"nodes\": [0.1,", 1),
     ] {
         let error = Sensor::parse_with("mine.toml", &file, &mut Here(&damaged)).unwrap_err();
         assert_eq!(error.key, "mechanics.table");
@@ -239,14 +248,16 @@ fn damaged_tables_and_wrong_devices_are_refused() {
         "{missing}"
     );
     let other = Sensor::shipped_text("piezo-1.5mm").unwrap();
-    let other = other.replacen(
-        "\n[array]",
-        "\nmechanics = { table = \"path.json\" }\n\n[array]",
-        1,
-    );
-    let error = Sensor::parse_with("other.toml", &other, &mut Here(&whole)).unwrap_err();
+    let error = Sensor::parse_with("other.toml", &with_key(other), &mut Here(&whole)).unwrap_err();
     assert!(error.to_string().contains("takes no table"), "{error}");
-    for name in ["three-axis-8x8", "piezo-1.5mm", "liquid-metal-2x4"] {
+    let channels = Sensor::shipped_text(CHANNELS).unwrap();
+    let error =
+        Sensor::parse_with("other.toml", &with_key(channels), &mut Here(&whole)).unwrap_err();
+    assert!(
+        error.to_string().contains("another kind of device"),
+        "{error}"
+    );
+    for name in ["three-axis-8x8", "piezo-1.5mm"] {
         let sensor = Sensor::shipped(name).unwrap();
         let device = sensor.device().unwrap();
         let refused = device.tabulate(&TableOptions::default(), "test", &mut |_| {});

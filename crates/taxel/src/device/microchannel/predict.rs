@@ -146,7 +146,7 @@ impl MicrochannelPredictor {
             .solve(pressure, progress)
             .map_err(|error| error.to_string())?;
         for (layer, position) in self.layers.iter_mut().zip(field.position) {
-            layer.closing = solved.layers[position].closing.clone();
+            layer.along(solved.layers[position].closing.clone());
         }
         let ended = solved.ended.clone();
         field.solved = Some(solved);
@@ -209,16 +209,7 @@ impl MicrochannelPredictor {
         let response = layer.respond(&stretches)?;
         let loaded = response.channel.sections[0];
         let solved = self.solved_layer(number);
-        // Sections are not alike along the channel: the solution knows more than
-        // their mean.
-        let ratio = solved.and_then(|solved| solved.resistance_ratio(loaded.net_pressure));
-        let resistance = match ratio {
-            Some(ratio) if loaded.net_pressure > 0.0 => {
-                let rest = layer.conductor.rest_resistance();
-                response.resistance + share * rest * (ratio - 1.0 / loaded.area_ratio)
-            }
-            _ => response.resistance,
-        };
+        let resistance = response.resistance;
         let signal = self.board.signal.of(resistance);
         let state = match loaded.state {
             _ if self.board.saturated(signal) => LayerState::Saturated,
@@ -230,13 +221,10 @@ impl MicrochannelPredictor {
             internal_pressure: layer.initial_pressure + response.channel.internal_pressure,
             volume_ratio: response.channel.volume_ratio,
             loaded,
-            thinnest: match solved {
-                Some(solved) => solved.thinnest(loaded.net_pressure),
-                None => layer.thinnest(loaded.area_ratio),
-            },
+            thinnest: layer.thinnest_of(&loaded),
             gap: solved.and_then(|s| s.gap(loaded.net_pressure, self.section.height)),
             resistance,
-            change: resistance / layer.conductor.rest_resistance() - 1.0,
+            change: response.change,
             signal,
             number: self.board.read(resistance, 0.0),
             state,
