@@ -6,6 +6,7 @@ mod in_plane_field;
 mod in_plane_model;
 mod in_plane_path;
 mod in_plane_study;
+mod in_plane_table;
 mod microchannel;
 mod microchannel_path;
 mod path_solution;
@@ -24,8 +25,8 @@ pub use in_plane_field::{FieldState, NoField, SolvedInPlane};
 pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };
-pub use in_plane_path::DrawnTable;
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
+pub use in_plane_table::DrawnTable;
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
