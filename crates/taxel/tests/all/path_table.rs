@@ -222,10 +222,16 @@ fn errors_of_channels(sensor: &Sensor, table: &PathTable, state: &Crossing) -> [
         let PressureLaw::Paper(law) = &model.liquid else {
             panic!("another law");
         };
-        let mut inside = 0.0;
-        for _ in 0..50 {
-            let volume = share * state.volume_ratio[below] + (1.0 - share) * bulge(inside);
-            inside = law.pressure(volume);
+        // The law falls with the volume, which rises with the pressure of the liquid.
+        let (mut inside, mut high) = (0.0, net);
+        for _ in 0..200 {
+            let middle = 0.5 * (inside + high);
+            let volume = share * state.volume_ratio[below] + (1.0 - share) * bulge(middle);
+            if middle < law.pressure(volume) {
+                inside = middle;
+            } else {
+                high = middle;
+            }
         }
         let change = share * solved + (1.0 - share) / bulge(inside) - 1.0;
         let of_taxel = MicrochannelModel::new(model, share, 1.0, f64::INFINITY).unwrap();
@@ -233,7 +239,9 @@ fn errors_of_channels(sensor: &Sensor, table: &PathTable, state: &Crossing) -> [
             continue;
         };
         let bias = value - (net + inside);
-        worst[1] = worst[1].max(bias.abs() / (stated * full * share * slope));
+        let used = bias.abs() / (stated * full * share * slope);
+        assert!(used.is_finite(), "{value} {net} {inside}");
+        worst[1] = worst[1].max(used);
     }
     worst
 }
