@@ -93,6 +93,33 @@ impl MonotoneCurve {
         Ok(Self { points, slopes })
     }
 
+    /// The curve through `points` whose slopes dy/dx are known there; they are limited so that it is
+    /// monotone between points.
+    ///
+    /// # Errors
+    /// As [`MonotoneCurve::new`]; also for slopes that are not finite or not as many as points.
+    pub fn with_slopes(points: Vec<[f64; 2]>, slopes: &[f64]) -> Result<Self, CurveError> {
+        let mut curve = Self::new(points, None)?;
+        let points = &curve.points;
+        let wrong = points.iter().enumerate().find(|(index, _)| {
+            let slope = slopes.get(*index);
+            !slope.is_some_and(|slope| slope.is_finite())
+        });
+        if let Some((index, [x, y])) = wrong {
+            return Err(CurveError::NotMonotone {
+                index,
+                x: *x,
+                y: *y,
+            });
+        }
+        let chords: Vec<f64> = points.windows(2).map(chord).collect();
+        let last = chords.len() - 1;
+        curve.slopes = (0..points.len())
+            .map(|i| limited(slopes[i], chords[i.saturating_sub(1)], chords[i.min(last)]))
+            .collect();
+        Ok(curve)
+    }
+
     /// The same curve with all x multiplied by a positive `factor`.
     #[must_use]
     pub fn stretched(mut self, factor: f64) -> Self {
@@ -195,6 +222,29 @@ mod tests {
         for x in [0.0, 0.2, 0.7, 0.9, 1.9, 2.5] {
             // Rounding of numbers below 10.
             assert!((value(&curve, x) - (x + x * x)).abs() < 1e-14, "{x}");
+        }
+    }
+
+    #[test]
+    fn known_slopes_give_a_cubic_and_steep_ones_are_limited() {
+        let cubic = |x: f64| x + 0.5 * x * x + x.powi(3);
+        let nodes = [0.0, 0.8, 1.3, 2.0];
+        let slopes = nodes.map(|x: f64| 1.0 + x + 3.0 * x * x);
+        let points = nodes.map(|x| [x, cubic(x)]).to_vec();
+        let curve = MonotoneCurve::with_slopes(points.clone(), &slopes).unwrap();
+        for x in [0.0, 0.3, 0.8, 1.0, 1.7, 2.0] {
+            // Rounding of numbers below 20.
+            assert!((value(&curve, x) - cubic(x)).abs() < 1e-14, "{x}");
+        }
+        let steep = MonotoneCurve::with_slopes(points.clone(), &slopes.map(|s| 50.0 * s)).unwrap();
+        let mut before = 0.0;
+        for step in 0..=200 {
+            let here = value(&steep, 0.01 * f64::from(step));
+            assert!(here >= before, "{step}");
+            before = here;
+        }
+        for wrong in [&slopes[..3], &[1.0, f64::NAN, 1.0, 1.0]] {
+            assert!(MonotoneCurve::with_slopes(points.clone(), wrong).is_err());
         }
     }
 

@@ -399,7 +399,9 @@ impl Study {
         let (rows, computed) =
             self.running(py, kept, submit.as_ref(), |runner| runner.rows(&points))?;
         let rows: Vec<Row> = rows.into_iter().flatten().collect();
-        Ok((self.table(&rows), computed))
+        // As the command: the columns that the study names.
+        let (columns, cells) = sweep::table(&self.posed, &rows);
+        Ok((Table::of_rows(columns, &cells), computed))
     }
 
     /// Front, dominated designs and what is said of them.

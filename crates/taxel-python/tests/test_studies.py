@@ -57,6 +57,16 @@ def test_a_study_of_python_is_that_of_the_command(tmp_path: Path) -> None:
     assert result.to_pandas().shape == (20, len(head))
 
 
+def test_a_sweep_has_the_columns_that_the_study_names() -> None:
+    columns = {**SMALL, "answers": {"rest": SMALL["answers"]["rest"]}, "objectives": {"minimise": ["rest"]}}
+    study = taxel.Study(taxel.Sensor("in-plane-50um"), **columns, sweep={"columns": ["rest", "gap", "status"]})  # type: ignore[arg-type]
+    result = study.run()
+    assert list(result.table) == ["rest", "gap", "status"] and result.table.rows == 20
+    whole = taxel.Study(taxel.Sensor("in-plane-50um"), **columns).run()  # type: ignore[arg-type]
+    assert list(whole.table) == ["gap", "thickness", "rest", "status", "reason"]
+    assert all(np.array_equal(result.table[name], whole.table[name]) for name in result.table)
+
+
 @pytest.mark.parametrize("name", taxel.shipped("study"))
 def test_a_study_pickles_copies_compares_and_shows_itself(name: str) -> None:
     study = taxel.Study(name)

@@ -112,7 +112,7 @@ impl Bench<'_> {
             .ok()?;
         let parts = stretches.iter().zip(&settled.sections);
         Some(Predicted {
-            ratio: mean_inverse_area_ratio(parts.map(|(part, at)| (part.share, at.area_ratio))),
+            ratio: mean_inverse_area_ratio(parts.map(|(part, at)| (part.share, at.conductance))),
             beyond: matches!(settled.sections[0].state, ClosingState::Beyond { .. }),
         })
     }

@@ -2,7 +2,7 @@
 
 use taxel::device::NotTabulated;
 use taxel::table::{self, Cell, Column};
-use taxel::transduction::{Leaps, PathTable, TableErrors, TableOptions};
+use taxel::transduction::{Leaps, NoTable, PathTable, TableOptions};
 
 use crate::arguments::{COMMIT, Tabulate, VERSION};
 use crate::progress::Progress;
@@ -25,7 +25,10 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     let table = device.tabulate(&options, &program, &mut |fraction| progress.at(fraction));
     progress.end();
     let table = table.map_err(|error| match error {
-        NotTabulated::NoTable(taxel::transduction::NoTable::Field(error)) => {
+        NotTabulated::NoTable(NoTable::Field(error)) => {
+            Stop::Failed(format!("{}: {error}", named.name))
+        }
+        NotTabulated::NoTable(NoTable::Layers(error)) => {
             Stop::Failed(format!("{}: {error}", named.name))
         }
         wrong => Stop::WrongInput(format!("{}: {wrong}", named.name)),
@@ -33,14 +36,20 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     outputs::write(Some(&arguments.output), existing, &table.text())?;
     let summary = summary(&table);
     let done = outputs::print_beside(Some(&arguments.output), &summary);
+    let end = table.variable();
     if let Some(reason) = &table.ended {
         note!(
-            "note: the solution ended at a compression of {:.4}: {reason}",
-            table.largest_compression()
+            "note: the solution ended at a {} of {:.4}{}: {reason}",
+            end.name,
+            table.end() / end.scale,
+            if end.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" {}", end.unit)
+            }
         );
     }
-    let error = table.interpolation.force.max(table.interpolation.change);
-    if error > options.tolerance {
+    if table.interpolation.largest() > options.tolerance {
         note!(
             "note: the solution leaps: closer nodes do not bring the interpolation error below {:.1e}",
             options.tolerance
@@ -59,32 +68,34 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
 
 /// Nodes, range and errors.
 fn summary(table: &PathTable) -> String {
-    let columns = [
+    let end = table.variable();
+    let mut columns = vec![
         Column::plain("nodes"),
-        Column::new("largest_compression", "", 1.0, "", 4),
-        Column::new("interpolation_error_of_force", "%", 1e-2, "share", 5),
-        Column::new("interpolation_error_of_change", "%", 1e-2, "share", 5),
-        Column::plain("loads_between_nodes"),
-        Column::new("mesh_error_of_force", "%", 1e-2, "share", 5),
-        Column::new("mesh_error_of_change", "%", 1e-2, "share", 5),
-        Column::plain("loads_on_finer_mesh"),
+        Column::new(
+            format!("largest_{}", end.name),
+            end.unit,
+            end.scale,
+            end.key,
+            4,
+        ),
     ];
-    let errors = |errors: &TableErrors| {
-        [
-            Cell::Number(errors.force),
-            Cell::Number(errors.change),
-            Cell::Whole(errors.loads as u64),
-        ]
-    };
-    let head = [
-        Cell::Whole(table.nodes() as u64),
-        Cell::Number(table.largest_compression()),
-    ];
-    let row = head
-        .into_iter()
-        .chain(errors(&table.interpolation))
-        .chain(errors(&table.mesh))
-        .collect();
+    let mut row = vec![Cell::Whole(table.nodes() as u64), Cell::Number(table.end())];
+    for (name, errors, loads) in [
+        (
+            "interpolation_error",
+            &table.interpolation,
+            "loads_between_nodes",
+        ),
+        ("mesh_error", &table.mesh, "loads_on_finer_mesh"),
+    ] {
+        for (quantity, share) in &errors.of_full_scale {
+            let name = format!("{name}_of_{quantity}");
+            columns.push(Column::new(name, "%", 1e-2, "share", 5));
+            row.push(Cell::Number(*share));
+        }
+        columns.push(Column::plain(loads));
+        row.push(Cell::Whole(errors.loads as u64));
+    }
     table::render(
         table::Format::Table,
         &serde_json::Map::new(),

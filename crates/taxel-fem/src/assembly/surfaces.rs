@@ -259,6 +259,9 @@ pub(super) struct Search<'t> {
     near: Vec<(f64, usize)>,
 }
 
+/// Where a point is found on a facet of this shape and these places of nodes.
+type FootOn<'a> = dyn Fn(FacetShape, &[[f64; 3]]) -> Option<Foot> + 'a;
+
 impl<'t> Search<'t> {
     pub(super) fn new(tables: &'t PairTables, places: &'t [[f64; 3]]) -> Self {
         let boxes = tables.second.iter().map(|nodes| {
@@ -306,7 +309,7 @@ impl<'t> Search<'t> {
         &mut self,
         (own, (place, facing)): (usize, ([f64; 3], [f64; 3])),
         beside: f64,
-        on: &dyn Fn(FacetShape, &[[f64; 3]]) -> Option<Foot>,
+        on: &FootOn<'_>,
     ) -> Option<(usize, Foot)> {
         let Self {
             tables,

@@ -216,6 +216,9 @@ class Study:
     def run(self, *, store: Path | None = None, executor: Executor | None = None) -> Result:
         """Evaluates the designs of the plan: ``taxel sweep``.
 
+        The table has the columns that ``[sweep] columns`` names, or else all: variables, answers,
+        status and reason.
+
         Args:
             store: Folder that keeps each finished design; a run that was ended goes on from there.
             executor: Anything with ``submit`` of ``concurrent.futures``: a process pool, Dask's

@@ -22,7 +22,7 @@ use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
 use crate::quantity::{CAPACITANCE, Dimension, FORCE};
 use crate::sensor::{Broken, Sensor, require};
-use crate::summary::{Fact, fact, number};
+use crate::summary::{Fact, fact, number, text};
 use crate::table::{Cell, Column};
 use crate::transduction::{NoTable, PathTable, TableOptions};
 
@@ -73,13 +73,9 @@ pub enum NotTabulated {
          help: leave mechanics out of the sensor file"
     )]
     ClosedForm,
-    /// Its table is a key of the sensor file.
-    #[error(
-        "the closing curves of microchannels are keys of the sensor file: closing.plane_strain_cell is solved once and kept, \
-         and closing.points and thinnest take a curve of your own\n\
-         help: predict with --mechanics fem, and write area ratios and thinnest sections as points"
-    )]
-    Points,
+    /// Finite elements do not solve its drawing.
+    #[error("{0}")]
+    Drawing(String),
     /// The solver.
     #[error(transparent)]
     NoTable(#[from] NoTable),
@@ -358,6 +354,48 @@ fn timing(period: f64, scan: f64, of_what: &'static str) -> Vec<Fact> {
         time("frame_period", period, "1/frame rate"),
         time("scan_time", scan, of_what),
     ]
+}
+
+/// What a table of the load path says of itself, in a group of facts.
+fn of_table(group: &'static str, table: &PathTable) -> Vec<Fact> {
+    let end = table.variable();
+    let mut facts = vec![
+        fact(
+            group,
+            "table_nodes",
+            text(&table.nodes()),
+            "loads that were solved",
+        ),
+        fact(
+            group,
+            format!("table_ends_at_{}", end.name),
+            number(table.end(), end.key, end.unit, end.scale),
+            "end of the load path",
+        ),
+    ];
+    for (what, errors, source) in [
+        (
+            "interpolation",
+            &table.interpolation,
+            "observed between the nodes, over that at the end of the table",
+        ),
+        (
+            "mesh",
+            &table.mesh,
+            "difference of a finer mesh, over that at the end of the table",
+        ),
+    ] {
+        facts.extend(errors.of_full_scale.iter().map(|(quantity, share)| {
+            let share = number(*share, "share", "%", 1e-2);
+            fact(
+                group,
+                format!("table_{what}_error_of_{quantity}"),
+                share,
+                source,
+            )
+        }));
+    }
+    facts
 }
 
 /// Quantities derived from a board that reads capacitors.

@@ -223,6 +223,17 @@ pub struct ClosingCurve {
     /// Area ratio at which roof and floor touch, where it is known.
     touch: Option<f64>,
     source: CurveSource,
+    /// What is known of the sections along the channel; without it they are taken for equal.
+    along: Option<AlongChannel>,
+}
+
+/// Sections along a channel that crosses others, over the net pressure in Pa.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlongChannel {
+    /// Conductance over that at rest, from (0, 1) on.
+    pub conductance: MonotoneCurve,
+    /// Area ratio of the thinnest section, from (0, 1) on.
+    pub thinnest: MonotoneCurve,
 }
 
 /// Where a closing curve comes from.
@@ -242,6 +253,8 @@ pub enum CurveSource {
     },
     /// Points that were given.
     Points,
+    /// The load path of the crossing layers, solved and tabulated.
+    LoadPath,
 }
 
 /// State of closing of a cross-section.
@@ -271,8 +284,13 @@ const ON_LINE: u8 = 4;
 pub struct SectionClosure {
     /// Net pressure q = p − P_int, Pa.
     pub net_pressure: f64,
-    /// Area ratio A/A₀.
+    /// Area ratio A/A₀; the mean of the sections along the channel.
     pub area_ratio: f64,
+    /// Conductance of this part of the channel over that at rest: the area ratio where the sections
+    /// are taken for equal.
+    pub conductance: f64,
+    /// Area ratio of the thinnest section, where a solution along the channel has it.
+    pub thinnest: Option<f64>,
     /// State of closing.
     pub state: ClosingState,
 }
@@ -396,6 +414,23 @@ pub enum MicrochannelError {
     },
 }
 
+impl AlongChannel {
+    /// Conductance over that at rest at a net pressure in Pa, of the last point beyond it; and the
+    /// area ratio of the thinnest section, which is not known there.
+    fn at(&self, net_pressure: f64) -> (f64, Option<f64>) {
+        let conductance = match self.conductance.at(net_pressure) {
+            OnCurve::Inside { value, .. }
+            | OnCurve::Below([_, value])
+            | OnCurve::Above([_, value]) => value,
+        };
+        let thinnest = match self.thinnest.at(net_pressure) {
+            OnCurve::Inside { value, .. } => Some(value),
+            OnCurve::Below(_) | OnCurve::Above(_) => None,
+        };
+        (conductance, thinnest)
+    }
+}
+
 impl ClosingCurve {
     /// The curve of a tabulated cell for a solid of `shear_modulus`, Pa.
     ///
@@ -431,7 +466,21 @@ impl ClosingCurve {
             curve,
             touch,
             source,
+            along: None,
         }
+    }
+
+    /// The curve of a load path: net pressure to area ratio with the sections along the channel.
+    pub fn of_path(curve: MonotoneCurve, touch: Option<f64>, along: AlongChannel) -> Self {
+        Self {
+            along: Some(along),
+            ..Self::of_source(curve, touch, CurveSource::LoadPath)
+        }
+    }
+
+    /// True if the sections along the channel are known, not only their mean.
+    pub fn knows_sections(&self) -> bool {
+        self.along.is_some()
     }
 
     /// The curve through given points; rest, (0, 1), is not among them.
@@ -463,6 +512,10 @@ impl ClosingCurve {
     #[must_use]
     pub fn stiffened(mut self, factor: f64) -> Self {
         self.curve = self.curve.stretched(factor);
+        self.along = self.along.map(|along| AlongChannel {
+            conductance: along.conductance.stretched(factor),
+            thinnest: along.thinnest.stretched(factor),
+        });
         self
     }
 
@@ -537,9 +590,9 @@ impl ClosingCurve {
         self.touch
     }
 
-    /// The cross-section at a net pressure in Pa; a NaN counts as zero.
-    pub fn at(&self, net_pressure: f64) -> SectionClosure {
-        let (area_ratio, state) = match self.curve.at(net_pressure) {
+    /// Area ratio and state at a net pressure in Pa.
+    fn closing_at(&self, net_pressure: f64) -> (f64, ClosingState) {
+        match self.curve.at(net_pressure) {
             OnCurve::Inside { value, .. } if self.touch.is_some_and(|touch| value <= touch) => {
                 (value, ClosingState::Closed)
             }
@@ -549,10 +602,22 @@ impl ClosingCurve {
                 ClosingState::Bulging,
             ),
             OnCurve::Above([limit, least]) => (least, ClosingState::Beyond { limit }),
+        }
+    }
+
+    /// The cross-section at a net pressure in Pa; a NaN counts as zero.
+    pub fn at(&self, net_pressure: f64) -> SectionClosure {
+        let (area_ratio, state) = self.closing_at(net_pressure);
+        let (conductance, thinnest) = match &self.along {
+            Some(along) if net_pressure >= 0.0 => along.at(net_pressure),
+            // Under more pressure inside than outside the sections are taken for equal.
+            _ => (area_ratio, None),
         };
         SectionClosure {
             net_pressure,
             area_ratio,
+            conductance,
+            thinnest,
             state,
         }
     }
@@ -587,7 +652,7 @@ impl ClosingCurve {
         let volume = |internal: f64| -> f64 {
             stretches
                 .iter()
-                .map(|part| part.share * self.at(part.pressure - internal).area_ratio)
+                .map(|part| part.share * self.closing_at(part.pressure - internal).0)
                 .sum()
         };
         let internal_pressure = match law {

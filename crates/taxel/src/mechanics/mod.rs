@@ -52,7 +52,7 @@ pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
-    CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,
+    AlongChannel, CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,
     MicrochannelClosed, MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw,
     PressureLaw, SectionClosure, SectionShape, SettledChannel, Stretch,
 };
@@ -71,7 +71,7 @@ pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
 pub use solved_unit::{BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedUnit, UnitSolution};
+pub(crate) use solved_voids::{Fineness, filling as fillings, solid as solids};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
-pub(crate) use solved_voids::{filling as fillings, solid as solids};
 pub use sphere_on_layer::SpherePressure;
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};

@@ -5,10 +5,10 @@ use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CrossingVoids, VoidShape};
 use taxel_fem::solver::failure::Failure;
-use taxel_numerics::{MonotoneCurve, OnCurve};
+use taxel_numerics::MonotoneCurve;
 
 use super::{
-    ClosingCurve, ClosingPoint, Hyperelastic, MicrochannelError, MicrochannelSection, PressureLaw,
+    AlongChannel, ClosingCurve, Hyperelastic, MicrochannelError, MicrochannelSection, PressureLaw,
     SectionShape, SolvedBody,
 };
 
@@ -58,12 +58,8 @@ pub enum NotSolved {
 /// Solution of one layer, over the net pressure q = p − P_int.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedLayer {
-    /// Mean area ratio V/V₀.
+    /// Mean area ratio V/V₀, with the sections along the channel.
     pub closing: ClosingCurve,
-    /// Area ratio of the thinnest section.
-    thinnest: MonotoneCurve,
-    /// Resistance at rest over resistance of the pressed part.
-    conductance: MonotoneCurve,
     /// Smallest distance between roof and floor, m.
     gap: Vec<[f64; 2]>,
 }
@@ -79,6 +75,15 @@ pub struct SolvedVoids {
     pub ended: Option<String>,
     /// The cell at its greatest load.
     pub body: SolvedBody,
+}
+
+/// Size of the cells of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fineness {
+    /// That of predictions.
+    Usual,
+    /// Half as large at the edges of the channels, two thirds elsewhere: to see what the mesh does.
+    Finer,
 }
 
 /// States on the way to the greatest pressure.
@@ -123,8 +128,42 @@ impl VoidStack {
     }
 
     /// A pressure below which answers lie on a curve from rest, Pa.
-    pub(super) fn light(&self) -> f64 {
+    pub(crate) fn light(&self) -> f64 {
         LIGHT * self.material.shear_modulus() * self.section.height / self.section.width
+    }
+
+    /// Poses the crossing cell at rest.
+    ///
+    /// # Errors
+    /// [`NotSolved`] for lengths that make no cell.
+    pub(crate) fn study(&self, fineness: Fineness) -> Result<CrossingStudy, NotSolved> {
+        self.check()?;
+        let (part, largest) = match fineness {
+            Fineness::Usual => (1.0, 1.0),
+            Fineness::Finer => (0.5, 1.0 / 1.5),
+        };
+        let cell = CrossingVoids {
+            width: self.section.width,
+            pitch: self.pitch,
+            base: self.base,
+            lower: self.section.height,
+            between: self.between,
+            upper: self.section.height,
+            cover: self.cover,
+            smallest: part
+                * match self.void_shape() {
+                    VoidShape::Rectangle => self.section.height,
+                    // Arcs on two edges each.
+                    VoidShape::Ellipse => 0.5 * self.section.height,
+                },
+            growth: 2.0,
+            largest: largest * self.pitch / 4.0,
+            shape: self.void_shape(),
+        };
+        let filling = filling(&self.liquid);
+        let contact = WallContact::default();
+        CrossingStudy::new(&cell, solid(&self.material), &filling, contact)
+            .map_err(|failure| NotSolved::Solver(failure.to_string()))
     }
 
     /// Presses the whole top up to a pressure in Pa, or a light one where that is more;
@@ -137,29 +176,8 @@ impl VoidStack {
         pressure: f64,
         progress: &mut dyn FnMut(f64),
     ) -> Result<SolvedVoids, NotSolved> {
-        self.check()?;
         let pressure = pressure.max(self.light());
-        let cell = CrossingVoids {
-            width: self.section.width,
-            pitch: self.pitch,
-            base: self.base,
-            lower: self.section.height,
-            between: self.between,
-            upper: self.section.height,
-            cover: self.cover,
-            smallest: match self.void_shape() {
-                VoidShape::Rectangle => self.section.height,
-                // Arcs on two edges each.
-                VoidShape::Ellipse => 0.5 * self.section.height,
-            },
-            growth: 2.0,
-            largest: self.pitch / 4.0,
-            shape: self.void_shape(),
-        };
-        let filling = filling(&self.liquid);
-        let contact = WallContact::default();
-        let mut study = CrossingStudy::new(&cell, solid(&self.material), &filling, contact)
-            .map_err(|failure| NotSolved::Solver(failure.to_string()))?;
+        let mut study = self.study(Fineness::Usual)?;
         let mut states = Vec::new();
         let mut ended = None;
         for step in 1..=STATES {
@@ -241,13 +259,6 @@ fn from_rest(points: impl Iterator<Item = [f64; 2]>, rest: f64) -> Vec<[f64; 2]>
 impl SolvedLayer {
     fn new(states: &[Crossing], row: usize) -> Result<Self, NotSolved> {
         let net = |state: &Crossing| state.pressure - state.inside[row];
-        let points: Vec<ClosingPoint> = states
-            .iter()
-            .map(|state| ClosingPoint {
-                net_pressure: net(state),
-                area_ratio: state.volume_ratio[row],
-            })
-            .collect();
         let touch = states
             .iter()
             .find(|state| state.gap[row] <= 0.0)
@@ -256,25 +267,18 @@ impl SolvedLayer {
             let points = from_rest(states.iter().map(|s| [net(s), of(s)]), 1.0);
             MonotoneCurve::new(points, None).map_err(MicrochannelError::from)
         };
-        Ok(Self {
-            closing: ClosingCurve::from_points(&points)?.touching_at(touch),
-            thinnest: curve(&|state| state.thinnest[row])?,
+        let along = AlongChannel {
             conductance: curve(&|state| 1.0 / state.resistance_ratio[row])?,
+            thinnest: curve(&|state| state.thinnest[row])?,
+        };
+        let closing = curve(&|state| state.volume_ratio[row])?;
+        Ok(Self {
+            closing: ClosingCurve::of_path(closing, touch, along),
             gap: from_rest(
                 states.iter().map(|s| [net(s), s.gap[row]]),
                 states.first().map_or(0.0, |state| state.rest_gap[row]),
             ),
         })
-    }
-
-    /// Area ratio of the thinnest section at a net pressure in Pa, on the curve.
-    pub fn thinnest(&self, net_pressure: f64) -> Option<f64> {
-        inside(&self.thinnest, net_pressure)
-    }
-
-    /// Resistance of the pressed part over that at rest.
-    pub fn resistance_ratio(&self, net_pressure: f64) -> Option<f64> {
-        inside(&self.conductance, net_pressure).map(|conductance| 1.0 / conductance)
     }
 
     /// Smallest distance between roof and floor, m.
@@ -287,13 +291,6 @@ impl SolvedVoids {
     /// Greatest von Mises stress at a pressure on the top, Pa.
     pub fn stress(&self, pressure: f64) -> Option<f64> {
         between(&self.stress, pressure)
-    }
-}
-
-fn inside(curve: &MonotoneCurve, x: f64) -> Option<f64> {
-    match curve.at(x) {
-        OnCurve::Inside { value, .. } => Some(value),
-        OnCurve::Below(_) | OnCurve::Above(_) => None,
     }
 }
 

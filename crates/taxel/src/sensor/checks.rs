@@ -4,6 +4,7 @@ use super::{Element, Sensor};
 use crate::electronics::Readout;
 use crate::layout::{MOST_LINES, Mount};
 use crate::toml_input;
+use crate::transduction::WrongTable;
 use taxel_recording::InputError;
 
 /// A broken rule, shown at one key.
@@ -34,6 +35,15 @@ impl Broken {
         let path: Vec<&str> = self.path.iter().map(String::as_str).collect();
         toml_input::at_key(file, text, &path, &self.message, &self.help)
     }
+}
+
+/// A table that is not of the drawing of its sensor file; `name` is its file.
+pub(super) fn wrong_table(name: &str, wrong: &WrongTable) -> Broken {
+    Broken::new(
+        "mechanics.table",
+        format!("{name}: {wrong}"),
+        "make the table of this drawing: taxel tabulate SENSOR -o TABLE",
+    )
 }
 
 /// Demands that a rule between keys holds; `path` is the key to show.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::checks::{Broken, SAME_LENGTH, micrometres, require, rounded_down};
+use super::checks::{self, Broken, SAME_LENGTH, micrometres, require, rounded_down};
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
 use crate::solutions::{OfDrawing, Solutions};
@@ -93,13 +93,9 @@ impl InPlaneCapacitor {
         )?;
         self.table = OfDrawing(None);
         let mut model = self.model();
-        model.take_table(text).map_err(|wrong| {
-            Broken::new(
-                "mechanics.table",
-                format!("{name}: {wrong}"),
-                "make the table of this drawing: taxel tabulate SENSOR -o TABLE",
-            )
-        })?;
+        model
+            .take_table(text)
+            .map_err(|wrong| checks::wrong_table(name, &wrong))?;
         self.table = OfDrawing(model.table);
         Ok(())
     }

@@ -1,18 +1,20 @@
 //! Two crossing layers of liquid-metal channels as a sensor file describes them.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::checks::{Broken, SAME_LENGTH, micrometres, require};
+use super::checks::{self, Broken, SAME_LENGTH, micrometres, require};
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
-    MicrochannelError, MicrochannelSection, PressureLaw, SectionShape, SolvedCell,
+    MicrochannelError, MicrochannelSection, PressureLaw, SectionShape, SolvedCell, VoidStack,
 };
 use crate::quantity::{
     self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress,
 };
 use crate::solutions::{OfDrawing, Solutions, Unsolved};
-use crate::transduction::{Conductor, MicrochannelLayer, ThinnestPoint};
+use crate::transduction::{Conductor, DrawnLayers, LayersTable, MicrochannelLayer, ThinnestPoint};
 use taxel_numerics::Noise;
 
 /// Names of the layers in the file, in the order of [`Microchannel::layers`].
@@ -49,6 +51,10 @@ pub struct Microchannel {
     #[serde(skip)]
     #[schemars(skip)]
     pub(crate) solved: OfDrawing<[Option<SolvedCell>; 2]>,
+    /// Its load path by finite elements, where `mechanics` names a table.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub(crate) table: OfDrawing<Arc<LayersTable>>,
 }
 
 /// Constants that a calibration finds of the microchannels of one device.
@@ -210,8 +216,12 @@ impl Microchannel {
         pitch: [f64; 2],
     ) -> Result<MicrochannelLayer, MicrochannelError> {
         let layer = self.described()[number];
-        let section = self.section();
         let modulus = self.material.shear_modulus();
+        if let Some(table) = &self.table.0 {
+            let closing = table.closing[number].clone();
+            let liquid = self.liquid.pressure.clone();
+            return MicrochannelLayer::new(closing, liquid, self.conductor(number), &[]);
+        }
         let closing = match &layer.closing {
             ClosingDescription::Points(points) => ClosingCurve::from_points(points)?,
             ClosingDescription::PlaneStrainCell(drawn) => {
@@ -222,21 +232,103 @@ impl Microchannel {
                 }
             }
         };
-        let conductor = Conductor {
-            resistivity: self.liquid.resistivity,
-            length: layer.length,
-            section,
-        };
         let drawn = MicrochannelLayer::new(
             closing,
             self.liquid.pressure.clone(),
-            conductor,
+            self.conductor(number),
             &layer.thinnest,
         )?;
         match self.liquid.initial_pressure {
             Some(pressure) => drawn.filled(pressure),
             None => Ok(drawn),
         }
+    }
+
+    /// The conductor in a channel of a layer.
+    fn conductor(&self, number: usize) -> Conductor {
+        Conductor {
+            resistivity: self.liquid.resistivity,
+            length: self.described()[number].length,
+            section: self.section(),
+        }
+    }
+
+    /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
+    pub(crate) fn position(&self) -> [usize; 2] {
+        if self.rows.roof < self.columns.roof {
+            [0, 1]
+        } else {
+            [1, 0]
+        }
+    }
+
+    /// The crossing cell for finite elements; `pitch` as for [`Microchannel::layers`].
+    ///
+    /// # Errors
+    /// A sentence for a drawing that is not solved.
+    pub(crate) fn void_stack(&self, pitch: [f64; 2]) -> Result<VoidStack, String> {
+        let [along_x, along_y] = pitch;
+        if self.liquid.initial_pressure.is_some() {
+            return Err(String::from(
+                "the finite elements of the crossing cell begin without pressure in the liquid: leave \
+                 element.microchannel.liquid.initial_pressure out, or use the closing curves",
+            ));
+        }
+        if along_x != along_y {
+            return Err(format!(
+                "the crossing cell needs one spacing for both layers; array.pitch is {} along x and {} along y: \
+                 give equal spacings or use the closed form",
+                micrometres(along_x),
+                micrometres(along_y)
+            ));
+        }
+        let roofs = [self.rows.roof, self.columns.roof];
+        Ok(VoidStack {
+            section: self.section(),
+            pitch: along_x,
+            base: self.base,
+            between: (roofs[0] - roofs[1]).abs() - self.section.height,
+            cover: roofs[0].min(roofs[1]),
+            material: self.material,
+            liquid: self.liquid.pressure.clone(),
+        })
+    }
+
+    /// The layers whose load path is tabulated.
+    ///
+    /// # Errors
+    /// As [`Microchannel::void_stack`].
+    pub(crate) fn drawn_layers(&self, pitch: [f64; 2]) -> Result<DrawnLayers, String> {
+        Ok(DrawnLayers {
+            stack: self.void_stack(pitch)?,
+            position: self.position(),
+        })
+    }
+
+    /// Takes the text of the table that the sensor file names.
+    ///
+    /// # Errors
+    /// A drawing that has no table, a text that is none, and the table of another drawing.
+    pub(super) fn take_table(
+        &mut self,
+        pitch: [f64; 2],
+        name: &str,
+        text: &str,
+    ) -> Result<(), Broken> {
+        self.table = OfDrawing(None);
+        let drawn = self
+            .drawn_layers(pitch)
+            .map_err(|message| Broken::new("mechanics.table", message, "leave mechanics out"))?;
+        let table = drawn
+            .read(text)
+            .map_err(|wrong| checks::wrong_table(name, &wrong))?;
+        self.table = OfDrawing(Some(Arc::new(table)));
+        Ok(())
+    }
+
+    /// Goes back to the closing curves of the file.
+    pub(super) fn leave_table(&mut self) {
+        self.table = OfDrawing(None);
     }
 
     /// Solves the cells that no table has.

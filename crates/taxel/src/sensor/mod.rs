@@ -235,6 +235,11 @@ impl Element {
         }
     }
 
+    /// True if its load path can be tabulated.
+    fn has_path(&self) -> bool {
+        matches!(self, Self::InPlaneCapacitor(_) | Self::Microchannel(_))
+    }
+
     /// Key of the element in a sensor file.
     pub fn key(&self) -> &'static str {
         match self {
@@ -256,22 +261,30 @@ impl Sensor {
     /// The key of a part that has no solution or no model.
     pub(crate) fn solve(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
         let pitch = self.array.pitch;
-        match &mut self.element {
-            Element::Microchannel(element) => {
+        let table = match &self.mechanics {
+            Mechanics::Table(name) if self.element.has_path() => {
+                let text = solutions.table(name).map_err(|message| {
+                    let help = "give a file that taxel tabulate wrote; its name is relative to the sensor file";
+                    Broken::new("mechanics.table", message, help)
+                })?;
+                Some((name.as_str(), text))
+            }
+            _ => None,
+        };
+        match (&mut self.element, table) {
+            (Element::Microchannel(element), None) => {
                 element.solve(pitch, solutions)?;
                 element.check(pitch)
             }
-            Element::InPlaneCapacitor(element) => {
+            (Element::Microchannel(element), Some((name, text))) => {
+                element.take_table(pitch, name, &text)?;
+                element.check(pitch)
+            }
+            (Element::InPlaneCapacitor(element), table) => {
                 element.check(pitch)?;
-                match &self.mechanics {
-                    Mechanics::Table(name) => {
-                        let text = solutions.table(name).map_err(|message| {
-                            let help = "give a file that taxel tabulate wrote; its name is relative to the sensor file";
-                            Broken::new("mechanics.table", message, help)
-                        })?;
-                        element.take_table(name, &text)
-                    }
-                    Mechanics::ClosedForm | Mechanics::Fem => element.solve(solutions),
+                match table {
+                    Some((name, text)) => element.take_table(name, &text),
+                    None => element.solve(solutions),
                 }
             }
             _ => Ok(()),
@@ -282,8 +295,7 @@ impl Sensor {
     /// A table is of an element whose load path can be tabulated.
     fn check_mechanics(&self) -> Result<(), Broken> {
         require(
-            !matches!(self.mechanics, Mechanics::Table(_))
-                || matches!(self.element, Element::InPlaneCapacitor(_)),
+            !matches!(self.mechanics, Mechanics::Table(_)) || self.element.has_path(),
             "mechanics.table",
             || {
                 format!(
@@ -291,7 +303,7 @@ impl Sensor {
                     self.element.key()
                 )
             },
-            "leave mechanics out: tables are of an in_plane_capacitor",
+            "leave mechanics out: tables are of an in_plane_capacitor or a microchannel",
         )
     }
 
@@ -303,8 +315,10 @@ impl Sensor {
     pub fn by_closed_forms(&self, solutions: &mut dyn Solutions) -> Result<Self, String> {
         let mut sensor = self.clone();
         sensor.mechanics = Mechanics::ClosedForm;
-        if let Element::InPlaneCapacitor(element) = &mut sensor.element {
-            element.leave_table();
+        match &mut sensor.element {
+            Element::InPlaneCapacitor(element) => element.leave_table(),
+            Element::Microchannel(element) => element.leave_table(),
+            _ => {}
         }
         sensor
             .solve(solutions)

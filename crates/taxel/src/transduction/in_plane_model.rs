@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::coplanar_capacitor::{Dielectric, PublishedFringe, facing_sides};
-use super::path_table::DrawnTable;
+use super::in_plane_table::DrawnTable;
 use super::solved_section::SolvedSection;
 use crate::mechanics::{
     CompressedLayer, DeformedElectrodes, Electrodes, EndCondition, LARGEST_COMPRESSION, LayerError,

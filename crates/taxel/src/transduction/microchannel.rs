@@ -35,7 +35,7 @@ impl Conductor {
         self.resistivity * self.length / self.section.area()
     }
 
-    /// Resistance R = ρ ∫ ds/A(s) = R₀ · mean(A₀/A), Ω.
+    /// Resistance R = ρ ∫ ds/A(s) = R₀ · mean(A₀/A), Ω, by the conductance of each part.
     ///
     /// `stretches` and `sections` belong together, as in
     /// [`ClosingCurve::settle`](crate::mechanics::ClosingCurve::settle). Holds
@@ -43,7 +43,7 @@ impl Conductor {
     pub fn resistance(&self, stretches: &[Stretch], sections: &[SectionClosure]) -> f64 {
         let parts = stretches.iter().zip(sections);
         self.rest_resistance()
-            * mean_inverse_area_ratio(parts.map(|(part, at)| (part.share, at.area_ratio)))
+            * mean_inverse_area_ratio(parts.map(|(part, at)| (part.share, at.conductance)))
     }
 }
 
@@ -134,6 +134,21 @@ impl MicrochannelLayer {
         self.initial_pressure = pressure;
         self.bulged = bulged;
         Ok(self)
+    }
+
+    /// The same layer with the closing curve of a load path that knows the sections along the channel.
+    pub fn along(&mut self, closing: ClosingCurve) {
+        self.closing = closing;
+        self.thinnest = None;
+    }
+
+    /// Area ratio of the thinnest section of a part, where it is known.
+    pub fn thinnest_of(&self, part: &SectionClosure) -> Option<f64> {
+        if self.closing.knows_sections() {
+            part.thinnest
+        } else {
+            self.thinnest(part.area_ratio)
+        }
     }
 
     /// Area at rest over the drawn one: 1 without a pressure of filling.

@@ -4,8 +4,11 @@ mod coplanar_capacitor;
 pub mod electrode_section;
 mod in_plane_field;
 mod in_plane_model;
+mod in_plane_path;
 mod in_plane_study;
+mod in_plane_table;
 mod microchannel;
+mod microchannel_path;
 mod path_solution;
 mod path_table;
 mod piezoelectric;
@@ -23,11 +26,13 @@ pub use in_plane_model::{
     CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
 };
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
+pub use in_plane_table::DrawnTable;
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
+pub use microchannel_path::{DrawnLayers, LayersTable};
 pub use path_solution::{Leaps, NoTable, TableOptions};
-pub use path_table::{DrawnTable, PathTable, TableErrors, WrongTable};
+pub use path_table::{PathTable, PathVariable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
 };

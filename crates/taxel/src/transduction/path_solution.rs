@@ -1,15 +1,8 @@
-//! Solving the load path of an in-plane sensor for its table.
+//! Solving a load path for its table.
 
-use std::fmt::Write as _;
-use std::sync::Arc;
-
-use super::in_plane_field::{FieldState, FieldStudy, NoField, SolvedInPlane};
-use super::in_plane_model::InPlaneModel;
-use super::path_table::{DrawnTable, PathTable, State, TableErrors, WrongTable};
-use super::section_solution::{as_drawn, statement};
-use crate::mechanics::LARGEST_COMPRESSION;
-use crate::solutions::digits;
-use taxel_numerics::roots;
+use super::in_plane_field::NoField;
+use super::path_table::{Contents, ERRORS, PathTable, State, TableErrors};
+use crate::mechanics::{Fineness, NotSolved};
 
 /// Intervals of the first table.
 const FEWEST: usize = 8;
@@ -60,14 +53,36 @@ pub enum NoTable {
     /// There is no solution.
     #[error(transparent)]
     Field(#[from] NoField),
+    /// There is no solution of crossing layers of microchannels.
+    #[error(transparent)]
+    Layers(#[from] NotSolved),
+    /// The whole top pressed closes nothing.
+    #[error(
+        "the sealed liquid keeps its volume, so that a load on the whole top closes nothing and there is no path to solve\n\
+         help: use the closing curves of the sensor file, or another element.microchannel.liquid.pressure"
+    )]
+    Sealed,
+    /// Roof and floor do not touch.
+    #[error(
+        "roof and floor of the channels do not touch: at {:.4} kPa on the top {gap:.4} of their height is left between them\n\
+         help: use the closing curves of the sensor file, or another element.microchannel.liquid.pressure", .pressure * 1e-3
+    )]
+    Open {
+        /// Highest pressure that was solved, Pa.
+        pressure: f64,
+        /// Smallest gap there over that at rest.
+        gap: f64,
+    },
     /// The nodes do not suffice.
     #[error(
-        "between nodes at compressions of {from:.4} and {to:.4} an interpolation error of {error:.1e} of full scale is left, \
+        "between nodes at a {variable} of {from:.4} and {to:.4} an interpolation error of {error:.1e} of full scale is left, \
          above the tolerance of {tolerance:.1e}\n\
          help: give a larger --tolerance"
     )]
     Tolerance {
-        /// Compressions at the ends of the first of the closest intervals that does not keep to it.
+        /// What the path is followed by, with its unit.
+        variable: String,
+        /// Its values at the ends of the first of the closest intervals that does not keep to it.
         from: f64,
         /// See `from`.
         to: f64,
@@ -78,96 +93,118 @@ pub enum NoTable {
     },
 }
 
-impl PathTable {
-    /// Solves the load path of `model` by finite elements as far as it can be read back, with nodes added where the
-    /// interpolation error is above the tolerance: seven loads are compared between each two nodes; `progress` hears the fraction.
-    ///
-    /// # Errors
-    /// [`NoTable`].
-    pub fn solve(
-        model: &InPlaneModel,
-        options: &TableOptions,
-        program: &str,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Self, NoTable> {
-        let body = as_drawn(model);
-        let whole = SolvedInPlane::solve(&body, LARGEST_COMPRESSION, &|_| false, &mut |part| {
-            progress(0.1 * part);
-        })?;
-        let reached = invertible(&whole);
-        // Where closer nodes do not help, the solution itself leaps.
-        let least = 1.5 * reached / options.most_intervals as f64;
-        let mut nodes: Vec<f64> = (0..=FEWEST)
-            .map(|node| reached * node as f64 / FEWEST as f64)
-            .collect();
-        loop {
-            // One path for all of them: what a far leap finds depends on the leap.
-            let states = path(FieldStudy::new(&body)?, &with_between(&nodes, &QUARTERS))?;
-            let pieces: Vec<_> = states.chunks(QUARTERS.len() + 1).collect();
-            let solved: Vec<_> = pieces.iter().map(|piece| piece[0]).collect();
-            let mut table = Self::through(&solved);
-            let rest = table.rest_capacitance();
-            let mut off: Vec<_> = pieces[..nodes.len() - 1]
-                .iter()
-                .map(|piece| table.off(&piece[1..], rest))
-                .collect();
-            let halved = |off: &[Vec<[f64; 2]>]| -> Vec<bool> {
-                let ends = nodes.windows(2).zip(off);
-                ends.map(|(ends, off)| {
-                    ends[1] - ends[0] >= least && largest(&[stated(off)]) > options.tolerance
-                })
-                .collect()
-            };
-            let mut to_halve = halved(&off);
-            if !to_halve.contains(&true) {
-                let loads = with_between(&nodes, &EIGHTHS);
-                let states = path(FieldStudy::new(&body)?, &loads)?;
-                for (off, piece) in off.iter_mut().zip(states.chunks(EIGHTHS.len() + 1)) {
-                    // In the order of the loads.
-                    let between = table.off(&piece[1..], rest);
-                    for (place, one) in between.into_iter().enumerate() {
-                        off.insert(2 * place, one);
-                    }
-                }
-                to_halve = halved(&off);
-            }
-            let closest = nodes.windows(2).map(|ends| ends[1] - ends[0]);
-            let closest = reached / closest.fold(f64::INFINITY, f64::min);
-            progress(0.1 + 0.7 * (closest / options.most_intervals as f64).min(1.0));
-            if !to_halve.contains(&true) {
-                let errors: Vec<_> = off.iter().map(|off| stated(off)).collect();
-                let above = errors
-                    .iter()
-                    .position(|error| largest(&[*error]) > options.tolerance);
-                if let (Some(piece), Leaps::Refused) = (above, options.leaps) {
-                    return Err(NoTable::Tolerance {
-                        from: nodes[piece],
-                        to: nodes[piece + 1],
-                        error: largest(&errors),
-                        tolerance: options.tolerance,
-                    });
-                }
-                let fine: Vec<f64> = (0..=COMPARED)
-                    .map(|load| reached * load as f64 / COMPARED as f64)
-                    .collect();
-                let finer = path(FieldStudy::fine(&body)?, &fine)?;
-                table.mesh = greatest(&table.off(&finer[1..], rest_of(&finer)));
-                table.interpolation = worst(&errors);
-                table.drawing = drawing(model);
-                program.clone_into(&mut table.program);
-                table.ended = whole.ended;
-                progress(1.0);
-                return Ok(table);
-            }
-            let mut finer = vec![nodes[0]];
-            for (ends, halved) in nodes.windows(2).zip(&to_halve) {
-                if *halved {
-                    finer.push(0.5 * (ends[0] + ends[1]));
-                }
-                finer.push(ends[1]);
-            }
-            nodes = finer;
+/// A drawing whose load path is solved for a table.
+pub(super) trait LoadPath {
+    /// What the table holds.
+    const CONTENTS: &'static Contents;
+
+    /// All that the table follows from, as `key = value`.
+    fn drawing(&self) -> Vec<String>;
+
+    /// Follows the path to its end: the variable there, and why that is sooner than it might be.
+    fn reach(&mut self, progress: &mut dyn FnMut(f64)) -> Result<(f64, Option<String>), NoTable>;
+
+    /// States at rising values of the variable, the first at rest.
+    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<State>, NoTable>;
+
+    /// Differences of what is read from a table from solved states of a path that is at rest in
+    /// `rest`, over full scale.
+    fn off(&self, table: &PathTable, rest: &State, states: &[State]) -> Result<Vec<Off>, NoTable>;
+}
+
+/// Differences of the quantities whose errors are stated.
+pub(super) type Off = [f64; ERRORS];
+
+/// Solves a load path with nodes added where the interpolation error is above the tolerance: seven
+/// loads are compared between each two nodes; `progress` hears the fraction.
+///
+/// # Errors
+/// [`NoTable`].
+pub(super) fn solve<P: LoadPath>(
+    path: &mut P,
+    options: &TableOptions,
+    program: &str,
+    progress: &mut dyn FnMut(f64),
+) -> Result<PathTable, NoTable> {
+    let (reached, ended) = path.reach(&mut |part| progress(0.1 * part))?;
+    // Where closer nodes do not help, the solution itself leaps.
+    let least = 1.5 * reached / options.most_intervals as f64;
+    let mut nodes: Vec<f64> = (0..=FEWEST)
+        .map(|node| reached * node as f64 / FEWEST as f64)
+        .collect();
+    loop {
+        // One path for all of them: what a far leap finds depends on the leap.
+        let states = path.states(&with_between(&nodes, &QUARTERS), Fineness::Usual)?;
+        let pieces: Vec<_> = states.chunks(QUARTERS.len() + 1).collect();
+        let solved: Vec<_> = pieces.iter().map(|piece| piece[0].clone()).collect();
+        let mut table = PathTable::through(P::CONTENTS, &solved);
+        let rest = &states[0];
+        let mut off = Vec::new();
+        for piece in &pieces[..nodes.len() - 1] {
+            off.push(path.off(&table, rest, &piece[1..])?);
         }
+        let halved = |off: &[Vec<Off>]| -> Vec<bool> {
+            let ends = nodes.windows(2).zip(off);
+            ends.map(|(ends, off)| {
+                ends[1] - ends[0] >= least && largest(&[stated(off)]) > options.tolerance
+            })
+            .collect()
+        };
+        let mut to_halve = halved(&off);
+        if !to_halve.contains(&true) {
+            let states = path.states(&with_between(&nodes, &EIGHTHS), Fineness::Usual)?;
+            for (off, piece) in off.iter_mut().zip(states.chunks(EIGHTHS.len() + 1)) {
+                // In the order of the loads.
+                let between = path.off(&table, rest, &piece[1..])?;
+                for (place, one) in between.into_iter().enumerate() {
+                    off.insert(2 * place, one);
+                }
+            }
+            to_halve = halved(&off);
+        }
+        let closest = nodes.windows(2).map(|ends| ends[1] - ends[0]);
+        let closest = reached / closest.fold(f64::INFINITY, f64::min);
+        progress(0.1 + 0.7 * (closest / options.most_intervals as f64).min(1.0));
+        if !to_halve.contains(&true) {
+            let errors: Vec<_> = off.iter().map(|off| stated(off)).collect();
+            let above = errors
+                .iter()
+                .position(|error| largest(&[*error]) > options.tolerance);
+            if let (Some(piece), Leaps::Refused) = (above, options.leaps) {
+                let variable = &P::CONTENTS.variable;
+                return Err(NoTable::Tolerance {
+                    variable: match variable.unit {
+                        "" => variable.name.into(),
+                        unit => format!("{} in {unit}", variable.name),
+                    },
+                    from: nodes[piece] / variable.scale,
+                    to: nodes[piece + 1] / variable.scale,
+                    error: largest(&errors),
+                    tolerance: options.tolerance,
+                });
+            }
+            let fine: Vec<f64> = (0..=COMPARED)
+                .map(|load| reached * load as f64 / COMPARED as f64)
+                .collect();
+            let finer = path.states(&fine, Fineness::Finer)?;
+            let of_mesh = path.off(&table, &finer[0], &finer[1..])?;
+            let of_nodes = off.iter().map(Vec::len).sum();
+            table.mesh = TableErrors::new(P::CONTENTS, greatest(&of_mesh), of_mesh.len());
+            table.interpolation = TableErrors::new(P::CONTENTS, worst(&errors), of_nodes);
+            table.drawing = path.drawing();
+            program.clone_into(&mut table.program);
+            table.ended = ended;
+            progress(1.0);
+            return Ok(table);
+        }
+        let mut finer = vec![nodes[0]];
+        for (ends, halved) in nodes.windows(2).zip(&to_halve) {
+            if *halved {
+                finer.push(0.5 * (ends[0] + ends[1]));
+            }
+            finer.push(ends[1]);
+        }
+        nodes = finer;
     }
 }
 
@@ -184,116 +221,42 @@ fn with_between(nodes: &[f64], places: &[f64]) -> Vec<f64> {
 }
 
 /// The largest of errors.
-fn worst(errors: &[TableErrors]) -> TableErrors {
-    let greatest = |of: fn(&TableErrors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
-    TableErrors {
-        force: greatest(|error| error.force),
-        change: greatest(|error| error.change),
-        loads: errors.iter().map(|error| error.loads).sum(),
-    }
+fn worst(errors: &[Off]) -> Off {
+    std::array::from_fn(|which| errors.iter().map(|error| error[which]).fold(0.0, f64::max))
 }
 
 /// The greatest of differences.
-fn greatest(off: &[[f64; 2]]) -> TableErrors {
-    let of = |which: usize| off.iter().map(|one| one[which].abs()).fold(0.0, f64::max);
-    TableErrors {
-        force: of(0),
-        change: of(1),
-        loads: off.len(),
-    }
+fn greatest(off: &[Off]) -> Off {
+    std::array::from_fn(|which| off.iter().map(|one| one[which].abs()).fold(0.0, f64::max))
 }
 
 /// Differences in order between two nodes as they are stated: a tenth above the greatest one, or
 /// above the greatest step from one to the next, rounded up to two digits. A step that is larger
 /// than both is a leap, and a load beside it may be off by all of it.
-fn stated(off: &[[f64; 2]]) -> TableErrors {
+fn stated(off: &[Off]) -> Off {
     // At the nodes nothing is off.
-    let all: Vec<[f64; 2]> = std::iter::once([0.0; 2])
+    let none = [0.0; ERRORS];
+    let all: Vec<Off> = std::iter::once(none)
         .chain(off.iter().copied())
-        .chain([[0.0; 2]])
+        .chain([none])
         .collect();
     let steps = all.windows(2);
-    let steps: Vec<[f64; 2]> = steps
+    let steps: Vec<Off> = steps
         .map(|pair| std::array::from_fn(|which| pair[1][which] - pair[0][which]))
         .collect();
     let (off, steps) = (greatest(off), greatest(&steps));
-    let above = |error: f64| {
+    std::array::from_fn(|which| {
+        let error = off[which].max(steps[which]);
         let digit = 10f64.powf((ABOVE * error).log10().floor() - 1.0);
         if error > 0.0 {
             (ABOVE * error / digit).ceil() * digit
         } else {
             0.0
         }
-    };
-    TableErrors {
-        force: above(off.force.max(steps.force)),
-        change: above(off.change.max(steps.change)),
-        ..off
-    }
+    })
 }
 
 /// The largest of stated errors.
-fn largest(errors: &[TableErrors]) -> f64 {
-    let found = worst(errors);
-    found.force.max(found.change)
-}
-
-impl InPlaneModel {
-    /// Takes the text of a table of this drawing in the place of the closed forms.
-    ///
-    /// # Errors
-    /// [`WrongTable`].
-    pub fn take_table(&mut self, text: &str) -> Result<(), WrongTable> {
-        let table = DrawnTable::read(text, &drawing(self), self.closed_layer())?;
-        self.table = Some(Arc::new(table));
-        Ok(())
-    }
-}
-
-/// Compression up to which a change of capacitance belongs to one compression: beyond, nothing reads
-/// the sensor back.
-fn invertible(way: &SolvedInPlane) -> f64 {
-    let rest = way.rest().capacitance;
-    let change = |e: f64| way.at(e).map_or(f64::NAN, |state| rest - state.capacitance);
-    roots::one_to_one(way.last().compression, change).end
-}
-
-/// All that a table follows from.
-fn drawing(model: &InPlaneModel) -> Vec<String> {
-    let (layer, electrodes) = (&model.layer, &model.electrodes);
-    let mut text = statement(model);
-    for (key, value) in [
-        ("layer_thickness", layer.thickness),
-        ("layer_modulus", layer.youngs_modulus),
-        ("loaded_depth", layer.contact_depth),
-        ("electrode_depth", electrodes.depth),
-    ] {
-        let _ = writeln!(text, "{key} = {}", digits(value));
-    }
-    text.lines().map(str::to_owned).collect()
-}
-
-/// States at rising compressions, the first at rest.
-fn path(mut study: FieldStudy, compressions: &[f64]) -> Result<Vec<State>, NoField> {
-    compressions
-        .iter()
-        .map(|compression| Ok(numbers(&study.press(*compression)?)))
-        .collect()
-}
-
-/// Capacitance of the first state, F.
-fn rest_of(states: &[State]) -> f64 {
-    let [.., capacitance] = states[0].1;
-    capacitance
-}
-
-fn numbers(state: &FieldState) -> State {
-    let numbers = [
-        state.mean_stress,
-        state.gap,
-        state.thickness,
-        state.width,
-        state.capacitance,
-    ];
-    (state.compression, numbers)
+fn largest(errors: &[Off]) -> f64 {
+    worst(errors).into_iter().fold(0.0, f64::max)
 }

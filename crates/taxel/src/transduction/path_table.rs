@@ -1,42 +1,82 @@
-//! The solved load path of an in-plane sensor as a table: found once by finite elements, read like a
-//! closed form.
+//! A solved load path as a table: found once by finite elements, read like a closed form.
 //!
-//! Between nodes lie cubics that are monotone where the nodes are: contact of the side face makes
-//! kinks that one polynomial over the whole path would carry everywhere.
+//! Between nodes lie cubics that are monotone where the nodes are: contact makes kinks that one
+//! polynomial over the whole path would carry everywhere. What a table holds of one kind of device
+//! stands beside that device, in [`Contents`].
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::{CompressedLayer, DeformedElectrodes, LARGEST_COMPRESSION};
-
 /// Version of the format.
-const FORMAT: u32 = 1;
-/// Mean stress, Pa; gap, thickness and width of the electrodes, m; capacitance, F.
-pub(super) const NUMBERS: usize = 5;
-/// Places of these numbers.
-const STRESS: usize = 0;
-const CAPACITANCE: usize = 4;
+const FORMAT: u32 = 2;
+/// Quantities whose errors a table states.
+pub(super) const ERRORS: usize = 2;
+
+/// What tables of one kind of device hold.
+#[derive(Debug)]
+pub(super) struct Contents {
+    /// Key of the element in a sensor file.
+    pub(super) device: &'static str,
+    /// What rises from node to node.
+    pub(super) variable: PathVariable,
+    /// Its largest value.
+    pub(super) largest: f64,
+    /// The numbers of a node.
+    pub(super) numbers: &'static [(&'static str, Course)],
+    /// Quantities whose errors are stated, as shares of full scale.
+    pub(super) errors: [&'static str; ERRORS],
+}
+
+/// What a load path is followed by.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PathVariable {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit in tables for people.
+    pub unit: &'static str,
+    /// One of that unit in SI.
+    pub scale: f64,
+    /// SI unit in keys.
+    pub key: &'static str,
+}
+
+/// How a number of a node goes on along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Course {
+    /// Rising.
+    Rising,
+    /// Positive and falling.
+    Falling,
+    /// Positive.
+    Positive,
+    /// Anything finite.
+    Any,
+}
+
 /// Observed errors, as shares of full scale: that of the whole path. They are no bounds: for contact
 /// at finite strain there is none that is proven.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableErrors {
-    /// Of the force.
-    pub force: f64,
-    /// Of the change of capacitance.
-    pub change: f64,
+    /// Of each quantity: `force` and `change` of capacitance of an in-plane capacitor, `row_change`
+    /// and `column_change` of the resistance of microchannels.
+    pub of_full_scale: BTreeMap<String, f64>,
     /// Loads at which they were observed.
     pub loads: usize,
 }
 
-/// A solved state: its compression and its numbers.
-pub(super) type State = (f64, [f64; NUMBERS]);
+/// A solved state: its load and its numbers.
+pub(super) type State = (f64, Vec<f64>);
 
 /// The solved load path of one drawing from rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathTable {
-    /// Version of this format: 1.
+    /// Version of this format: 2.
     pub taxel_table: u32,
+    /// Key of the element that it is of.
+    pub device: String,
     /// Program that made it, with its commit.
     pub program: String,
     /// All that it follows from, as `key = value`.
@@ -46,14 +86,21 @@ pub struct PathTable {
     pub interpolation: TableErrors,
     /// Differences of a finer mesh.
     pub mesh: TableErrors,
-    /// Why the solution ended before a compression of 0.4.
+    /// Why the solution ended before the end of the path.
     pub ended: Option<String>,
-    /// Compressions of the nodes, from 0 on, rising.
-    compressions: Vec<f64>,
-    /// At each node: mean stress, Pa; gap, thickness and width of the electrodes, m; capacitance, F.
-    values: Vec<[f64; NUMBERS]>,
-    /// Their slopes against the compression.
-    slopes: Vec<[f64; NUMBERS]>,
+    /// What rises from node to node ...
+    #[serde(skip)]
+    followed: PathVariable,
+    /// ... and its name.
+    variable: String,
+    /// Names of the numbers of a node, SI.
+    numbers: Vec<String>,
+    /// The variable at the nodes, from 0 on, rising.
+    nodes: Vec<f64>,
+    /// The numbers at each node.
+    values: Vec<Vec<f64>>,
+    /// Their slopes against the variable.
+    slopes: Vec<Vec<f64>>,
 }
 
 /// Why the text of a table is not that of a sensor.
@@ -62,6 +109,14 @@ pub enum WrongTable {
     /// It is none.
     #[error("it is no table of `taxel tabulate`: {0}")]
     Unreadable(String),
+    /// It belongs to another kind of device.
+    #[error("it belongs to another kind of device: there {there}, here {here}")]
+    OtherDevice {
+        /// Key of its element.
+        there: String,
+        /// Key of the element of this sensor.
+        here: &'static str,
+    },
     /// It belongs to another drawing.
     #[error("it belongs to another drawing: there {there}, here {here}")]
     OtherDrawing {
@@ -72,13 +127,25 @@ pub enum WrongTable {
     },
 }
 
-/// A table with the drawing that it belongs to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DrawnTable {
-    /// The table.
-    pub table: PathTable,
-    /// Layer of the closed form, as drawn.
-    closed: CompressedLayer,
+impl TableErrors {
+    /// Errors of the quantities of `contents`.
+    pub(super) fn new(contents: &Contents, shares: [f64; ERRORS], loads: usize) -> Self {
+        let names = contents.errors.iter().map(|name| String::from(*name));
+        Self {
+            of_full_scale: names.zip(shares).collect(),
+            loads,
+        }
+    }
+
+    /// Error of a quantity, as a share of full scale; 0 of one that the table has not.
+    pub fn of(&self, quantity: &str) -> f64 {
+        self.of_full_scale.get(quantity).copied().unwrap_or(0.0)
+    }
+
+    /// The largest of all quantities.
+    pub fn largest(&self) -> f64 {
+        self.of_full_scale.values().copied().fold(0.0, f64::max)
+    }
 }
 
 impl PathTable {
@@ -90,82 +157,114 @@ impl PathTable {
         text
     }
 
-    /// A table through solved states: their compressions and numbers; without errors yet.
-    pub(super) fn through(states: &[State]) -> Self {
-        let (compressions, values): (Vec<f64>, Vec<_>) = states.iter().copied().unzip();
-        let none = TableErrors {
-            force: 0.0,
-            change: 0.0,
-            loads: 0,
-        };
+    /// A table through solved states; without errors yet.
+    pub(super) fn through(contents: &Contents, states: &[State]) -> Self {
+        let (nodes, values): (Vec<f64>, Vec<_>) = states.iter().cloned().unzip();
+        let none = TableErrors::new(contents, [0.0; ERRORS], 0);
+        let names = contents.numbers.iter().map(|(name, _)| (*name).into());
         Self {
             taxel_table: FORMAT,
+            device: contents.device.into(),
             program: String::new(),
             drawing: Vec::new(),
-            interpolation: none,
+            interpolation: none.clone(),
             mesh: none,
             ended: None,
-            slopes: slopes(&compressions, &values),
-            compressions,
+            followed: contents.variable,
+            variable: contents.variable.name.into(),
+            numbers: names.collect(),
+            slopes: slopes(&nodes, &values),
+            nodes,
             values,
         }
     }
 
-    /// Differences of force and of change from solved states, over full scale; their changes are
-    /// from `rest`, F.
-    pub(super) fn off(&self, states: &[State], rest: f64) -> Vec<[f64; 2]> {
-        let own = self.values[0][CAPACITANCE];
-        let full = self
-            .values
-            .iter()
-            .fold([0.0_f64; 2], |[force, change], node| {
-                [
-                    force.max(node[STRESS]),
-                    change.max((own - node[CAPACITANCE]).abs()),
-                ]
+    /// Reads the text of a table for a drawing, its lines.
+    ///
+    /// # Errors
+    /// [`WrongTable`].
+    pub(super) fn read(
+        text: &str,
+        contents: &Contents,
+        here: &[String],
+    ) -> Result<Self, WrongTable> {
+        /// What tables of all formats have.
+        #[derive(Deserialize)]
+        struct Head {
+            taxel_table: u32,
+        }
+        let unreadable = |error: serde_json::Error| WrongTable::Unreadable(error.to_string());
+        let head: Head = serde_json::from_str(text).map_err(unreadable)?;
+        if head.taxel_table != FORMAT {
+            let message = format!(
+                "format {} is not known; this program reads {FORMAT}",
+                head.taxel_table
+            );
+            return Err(WrongTable::Unreadable(message));
+        }
+        let mut table: Self = serde_json::from_str(text).map_err(unreadable)?;
+        table.followed = contents.variable;
+        if table.device != contents.device {
+            return Err(WrongTable::OtherDevice {
+                there: table.device,
+                here: contents.device,
             });
-        let off = |(compression, solved): &State| {
-            let here = self.at(*compression);
-            let change = (own - here[CAPACITANCE]) - (rest - solved[CAPACITANCE]);
-            [(here[STRESS] - solved[STRESS]) / full[0], change / full[1]]
-        };
-        states.iter().map(off).collect()
-    }
-
-    /// Capacitance at rest, F.
-    pub fn rest_capacitance(&self) -> f64 {
-        self.values[0][CAPACITANCE]
-    }
-
-    /// Largest compression that was solved.
-    pub fn largest_compression(&self) -> f64 {
-        self.compressions[self.compressions.len() - 1]
+        }
+        if !table.is_sound(contents) {
+            return Err(WrongTable::Unreadable("its numbers are no curve".into()));
+        }
+        let none = || String::from("nothing");
+        for line in 0..here.len().max(table.drawing.len()) {
+            let (there, here) = (table.drawing.get(line), here.get(line));
+            if there != here {
+                return Err(WrongTable::OtherDrawing {
+                    there: there.cloned().unwrap_or_else(none),
+                    here: here.cloned().unwrap_or_else(none),
+                });
+            }
+        }
+        Ok(table)
     }
 
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
-        self.compressions.len()
+        self.nodes.len()
     }
 
-    /// Stress at the end of the path, Pa.
-    fn largest_stress(&self) -> f64 {
-        self.values[self.values.len() - 1][STRESS]
+    /// What the path is followed by.
+    pub fn variable(&self) -> PathVariable {
+        self.followed
     }
 
-    /// The numbers at a compression; beyond the ends on the last cubic's tangent.
-    fn at(&self, compression: f64) -> [f64; NUMBERS] {
-        let last = self.compressions.len() - 1;
-        let end = self.compressions[last];
-        if compression >= end {
-            let beyond = compression - end;
+    /// The variable at the last node, SI.
+    pub fn end(&self) -> f64 {
+        self.nodes[self.nodes.len() - 1]
+    }
+
+    /// The numbers at the first node, and at the last one.
+    pub(super) fn ends(&self) -> [&[f64]; 2] {
+        [&self.values[0], &self.values[self.values.len() - 1]]
+    }
+
+    /// Number `y` against number `x` at the nodes, with its slope there.
+    pub(super) fn against(&self, x: usize, y: usize) -> (Vec<[f64; 2]>, Vec<f64>) {
+        let points = self.values.iter().map(|node| [node[x], node[y]]);
+        let slopes = self.slopes.iter().map(|node| node[y] / node[x]);
+        (points.collect(), slopes.collect())
+    }
+
+    /// The `N` numbers at a value of the variable; beyond the ends on the last cubic's tangent.
+    pub(super) fn at<const N: usize>(&self, variable: f64) -> [f64; N] {
+        let last = self.nodes.len() - 1;
+        let end = self.nodes[last];
+        if variable >= end {
+            let beyond = variable - end;
             return std::array::from_fn(|k| self.values[last][k] + self.slopes[last][k] * beyond);
         }
-        let node = self
-            .compressions
-            .partition_point(|node| *node <= compression);
+        let node = self.nodes.partition_point(|node| *node <= variable);
         let low = node.clamp(1, last) - 1;
-        let step = self.compressions[low + 1] - self.compressions[low];
-        let place = (compression - self.compressions[low]) / step;
+        let step = self.nodes[low + 1] - self.nodes[low];
+        let place = (variable - self.nodes[low]) / step;
         // Hermite's cubic.
         let (left, right) = (1.0 - place, place);
         let ends = [
@@ -182,129 +281,58 @@ impl PathTable {
     }
 
     /// True of numbers that make a model.
-    fn is_sound(&self) -> bool {
-        let count = self.compressions.len();
-        let finite =
-            |rows: &[[f64; NUMBERS]]| rows.iter().flatten().all(|number| number.is_finite());
-        let errors = [self.interpolation, self.mesh];
-        count >= 2
-            && self.values.len() == count
-            && self.slopes.len() == count
-            && finite(&self.values)
-            && finite(&self.slopes)
-            && self.compressions[0] == 0.0
-            && self.compressions.windows(2).all(|pair| pair[0] < pair[1])
-            && self.largest_compression() <= LARGEST_COMPRESSION * (1.0 + 1e-9)
-            && self
-                .values
-                .iter()
-                .all(|node| node[1..].iter().all(|number| *number > 0.0))
-            && self
-                .values
-                .windows(2)
-                .all(|pair| pair[0][STRESS] < pair[1][STRESS])
-            && errors
-                .iter()
-                .all(|error| error.force >= 0.0 && error.change >= 0.0)
-    }
-}
-
-impl DrawnTable {
-    /// Reads the text of a table for a drawing, its lines, whose closed form has the layer `closed`.
-    ///
-    /// # Errors
-    /// [`WrongTable`].
-    pub(super) fn read(
-        text: &str,
-        here: &[String],
-        closed: CompressedLayer,
-    ) -> Result<Self, WrongTable> {
-        let table: PathTable = serde_json::from_str(text)
-            .map_err(|error| WrongTable::Unreadable(error.to_string()))?;
-        if table.taxel_table != FORMAT {
-            let message = format!(
-                "format {} is not known; this program reads {FORMAT}",
-                table.taxel_table
-            );
-            return Err(WrongTable::Unreadable(message));
-        }
-        if !table.is_sound() {
-            return Err(WrongTable::Unreadable("its numbers are no curve".into()));
-        }
-        let none = || String::from("nothing");
-        for line in 0..here.len().max(table.drawing.len()) {
-            let (there, here) = (table.drawing.get(line), here.get(line));
-            if there != here {
-                return Err(WrongTable::OtherDrawing {
-                    there: there.cloned().unwrap_or_else(none),
-                    here: here.cloned().unwrap_or_else(none),
-                });
+    pub(super) fn is_sound(&self, contents: &Contents) -> bool {
+        let (count, width) = (self.nodes.len(), contents.numbers.len());
+        let rows = |rows: &[Vec<f64>]| {
+            rows.len() == count
+                && rows.iter().all(|row| row.len() == width)
+                && rows.iter().flatten().all(|number| number.is_finite())
+        };
+        let errors = |errors: &TableErrors| {
+            errors.of_full_scale.len() == ERRORS
+                && contents.errors.iter().all(|name| {
+                    let share = errors.of_full_scale.get(*name);
+                    share.is_some_and(|share| *share >= 0.0 && share.is_finite())
+                })
+        };
+        let follows = |(k, (_, course)): (usize, &(&str, Course))| {
+            let mut pairs = self.values.windows(2).map(|pair| [pair[0][k], pair[1][k]]);
+            let positive = || self.values.iter().all(|node| node[k] > 0.0);
+            match course {
+                Course::Rising => pairs.all(|[a, b]| a < b),
+                Course::Falling => positive() && pairs.all(|[a, b]| a > b),
+                Course::Positive => positive(),
+                Course::Any => true,
             }
-        }
-        Ok(Self { table, closed })
-    }
-
-    /// Largest compression that was solved.
-    pub(super) fn largest_compression(&self) -> f64 {
-        self.table.largest_compression()
-    }
-
-    /// Mean stress of a layer at a compression, Pa, whose closed form gives `closed`: a calibrated
-    /// layer differs from the drawn one as their closed forms do.
-    pub(super) fn stress(&self, compression: f64, closed: f64) -> f64 {
-        let drawn = self
-            .closed
-            .compress(compression)
-            .map_or(0.0, |layer| layer.mean_stress);
-        let ratio = if drawn > 0.0 { closed / drawn } else { 1.0 };
-        ratio * self.table.at(compression)[STRESS]
-    }
-
-    /// Gap, thickness and width at a compression for those at rest: a made gap opens as the drawn
-    /// one does.
-    pub(super) fn deform(&self, rest: &DeformedElectrodes, compression: f64) -> DeformedElectrodes {
-        let [_, gap, thickness, width, _] = self.table.at(compression);
-        let [_, drawn_gap, drawn_thickness, drawn_width, _] = self.table.values[0];
-        DeformedElectrodes {
-            gap: rest.gap * gap / drawn_gap,
-            thickness: rest.thickness * thickness / drawn_thickness,
-            width: rest.width * width / drawn_width,
-        }
-    }
-
-    /// The drawn electrodes at a compression.
-    pub(super) fn drawn(&self, compression: f64) -> DeformedElectrodes {
-        let [_, gap, thickness, width, _] = self.table.at(compression);
-        DeformedElectrodes {
-            gap,
-            thickness,
-            width,
-        }
-    }
-
-    /// Capacitance of the drawn electrodes at a compression, F.
-    pub(super) fn capacitance(&self, compression: f64) -> f64 {
-        self.table.at(compression)[CAPACITANCE]
-    }
-
-    /// Larger of the known errors of the force at a compression, as a share of it.
-    pub(super) fn force_error(&self, compression: f64) -> Option<f64> {
-        let error = self.table.interpolation.force.max(self.table.mesh.force);
-        let stress = self.table.at(compression)[STRESS];
-        (stress > 0.0).then(|| error * self.table.largest_stress() / stress)
+        };
+        let named = self.numbers.iter().zip(contents.numbers);
+        count >= 2
+            && rows(&self.values)
+            && rows(&self.slopes)
+            && self.variable == contents.variable.name
+            && self.numbers.len() == width
+            && { named }.all(|(own, (name, _))| own == name)
+            && self.nodes[0] == 0.0
+            && self.nodes.windows(2).all(|pair| pair[0] < pair[1])
+            && self.end().is_finite()
+            && self.end() <= contents.largest * (1.0 + 1e-9)
+            && contents.numbers.iter().enumerate().all(follows)
+            && errors(&self.interpolation)
+            && errors(&self.mesh)
     }
 }
 
 /// Slopes at the nodes: those of the polynomial through the five nearest, cut so that the cubics
 /// are monotone where the nodes are (de Boor and Swartz 1977: at most three times the smaller
 /// slope beside).
-fn slopes(nodes: &[f64], values: &[[f64; NUMBERS]]) -> Vec<[f64; NUMBERS]> {
+fn slopes(nodes: &[f64], values: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let count = nodes.len();
+    let width = values.first().map_or(0, Vec::len);
     let wide = count.min(5);
     let of_node = |node: usize| {
         let first = node.saturating_sub(wide / 2).min(count - wide);
         let shares = slope_shares(&nodes[first..first + wide], node - first);
-        std::array::from_fn(|k| {
+        let slope_of = |k: usize| {
             let slope: f64 = shares
                 .iter()
                 .zip(&values[first..])
@@ -321,7 +349,8 @@ fn slopes(nodes: &[f64], values: &[[f64; NUMBERS]]) -> Vec<[f64; NUMBERS]> {
             }
             let most = 3.0 * first.abs().min(second.abs());
             slope.clamp(-most, most)
-        })
+        };
+        (0..width).map(slope_of).collect()
     };
     (0..count).map(of_node).collect()
 }
@@ -351,23 +380,26 @@ fn slope_shares(nodes: &[f64], at: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn state(compression: f64, value: f64) -> State {
-        let numbers = [
-            value,
-            1.0 + value,
-            40.0 - value,
-            1.0 + 0.5 * value,
-            30.0 - value,
-        ];
-        (compression, numbers)
-    }
+    /// A number that rises and one that falls over a variable.
+    const CONTENTS: Contents = Contents {
+        device: "device",
+        variable: PathVariable {
+            name: "variable",
+            unit: "",
+            scale: 1.0,
+            key: "",
+        },
+        largest: 0.4,
+        numbers: &[("rising", Course::Rising), ("falling", Course::Falling)],
+        errors: ["one", "other"],
+    };
 
     fn table(count: usize, value: impl Fn(f64) -> f64) -> PathTable {
         let states: Vec<_> = (0..count)
             .map(|node| 0.4 * node as f64 / (count - 1) as f64)
-            .map(|e| state(e, value(e)))
+            .map(|e| (e, vec![value(e), 30.0 - value(e)]))
             .collect();
-        PathTable::through(&states)
+        PathTable::through(&CONTENTS, &states)
     }
 
     #[test]
@@ -386,32 +418,44 @@ mod tests {
         for step in 0..=4000 {
             let e = 0.4 * f64::from(step) / 4000.0;
             // A cubic through five points is itself: round-off.
-            assert!((met.at(e)[STRESS] - cubic(e)).abs() < 1e-12, "{e}");
-            let here = kinked.at(e);
-            assert!(
-                here[STRESS] >= before[0] && -here[CAPACITANCE] >= before[1],
-                "{e}"
-            );
-            before = [here[STRESS], -here[CAPACITANCE]];
+            assert!((met.at::<2>(e)[0] - cubic(e)).abs() < 1e-12, "{e}");
+            let [rising, falling] = kinked.at(e);
+            assert!(rising >= before[0] && -falling >= before[1], "{e}");
+            before = [rising, -falling];
         }
-        assert!(met.is_sound() && kinked.is_sound());
+        assert!(met.is_sound(&CONTENTS) && kinked.is_sound(&CONTENTS));
     }
 
     #[test]
     fn numbers_that_are_no_curve_are_not_sound() {
         let sound = table(9, |e| e);
-        let broken: [fn(&mut PathTable); 6] = [
-            |table| table.compressions[0] = 0.1,
-            |table| table.compressions[3] = table.compressions[2],
-            |table| table.values[2][CAPACITANCE] = f64::NAN,
+        let read = |table: &PathTable| PathTable::read(&table.text(), &CONTENTS, &[]);
+        // A number that is read may be off by its last digit.
+        assert_eq!(read(&sound).unwrap().nodes.len(), sound.nodes.len());
+        let broken: [fn(&mut PathTable); 11] = [
+            |table| table.nodes[0] = 0.1,
+            |table| table.nodes[3] = table.nodes[2],
+            |table| table.nodes[8] = 0.5,
             |table| table.values[2][1] = 0.0,
             |table| table.slopes.truncate(8),
-            |table| table.values[4][STRESS] = table.values[3][STRESS],
+            |table| table.slopes[3].truncate(1),
+            |table| table.values[4][0] = table.values[3][0],
+            |table| table.values[4][1] = table.values[3][1],
+            |table| table.numbers[1] = "rising".into(),
+            |table| table.variable = "other".into(),
+            |table| table.mesh.of_full_scale.clear(),
         ];
         for (number, spoil) in broken.iter().enumerate() {
             let mut table = sound.clone();
             spoil(&mut table);
-            assert!(!table.is_sound(), "{number}");
+            assert!(!table.is_sound(&CONTENTS), "{number}");
+            assert!(
+                matches!(read(&table), Err(WrongTable::Unreadable(_))),
+                "{number}"
+            );
         }
+        let mut other = sound.clone();
+        other.device = "another".into();
+        assert!(matches!(read(&other), Err(WrongTable::OtherDevice { .. })));
     }
 }

@@ -48,7 +48,7 @@ fn solved(cell: &CellGeometry) -> ClosingCurve {
 fn error(curve: &ClosingCurve) -> f64 {
     match curve.source() {
         CurveSource::Solved { error, .. } | CurveSource::Tabulated { error } => *error,
-        CurveSource::Points => 0.0,
+        CurveSource::Points | CurveSource::LoadPath => 0.0,
     }
 }
 

@@ -1,11 +1,11 @@
 //! Quantities derived from the drawing of an in-plane sensor.
 
 use super::InPlaneArray;
-use crate::device::capacitor_board;
+use crate::device::{capacitor_board, of_table};
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
-use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel, PathTable};
+use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
 
 /// Compression at which a sensitivity is stated where there is none at rest.
 const REFERENCE: f64 = 0.01;
@@ -173,7 +173,15 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
 /// Where shape and capacitance of the electrodes come from, and how good they are.
 fn origin(model: &InPlaneModel) -> Vec<Fact> {
     if let Some(drawn) = &model.table {
-        return of_table(&drawn.table);
+        let place = fact(
+            "transduction",
+            "electrodes_and_capacitance",
+            text("a table of finite elements"),
+            "mechanics.table",
+        );
+        let mut facts = vec![place];
+        facts.extend(of_table("transduction", &drawn.table));
+        return facts;
     }
     let Some(solved) = &model.solved else {
         return vec![
@@ -223,38 +231,6 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
             "change_error",
             percent(errors.change),
             of_mesh,
-        ),
-    ]
-}
-
-/// What a table says of itself.
-fn of_table(table: &PathTable) -> Vec<Fact> {
-    let percent = |share: f64| number(share, "share", "%", 1e-2);
-    let place = "a table of finite elements";
-    vec![
-        fact(
-            "transduction",
-            "electrodes_and_capacitance",
-            text(&place),
-            "mechanics.table",
-        ),
-        fact(
-            "transduction",
-            "table_nodes",
-            text(&table.nodes()),
-            "loads that were solved",
-        ),
-        fact(
-            "transduction",
-            "table_interpolation_error",
-            percent(table.interpolation.change),
-            "observed between the nodes, of the change at the end of the table",
-        ),
-        fact(
-            "transduction",
-            "table_mesh_error",
-            percent(table.mesh.change),
-            "difference of a finer mesh, of the change at the end of the table",
         ),
     ]
 }

@@ -153,7 +153,7 @@ impl Device for InPlaneArray<'_> {
         program: &str,
         progress: &mut dyn FnMut(f64),
     ) -> Result<PathTable, NotTabulated> {
-        Ok(PathTable::solve(&self.model(), options, program, progress)?)
+        Ok(self.model().tabulate(options, program, progress)?)
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {

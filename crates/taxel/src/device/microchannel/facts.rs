@@ -1,7 +1,7 @@
 //! Quantities derived from the drawing of crossing microchannels.
 
 use super::{LAYERS, MicrochannelArray};
-use crate::device::timing;
+use crate::device::{of_table, timing};
 use crate::electronics::LastStage;
 use crate::estimation::MicrochannelOptions;
 use crate::mechanics::{ClosingCurve, ClosingState, CurveSource, SectionShape, Stretch};
@@ -67,6 +67,9 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             "E h/(2 (1 - nu^2) w): where P4 Eq. 1 ends",
         ),
     ];
+    if let Some(drawn) = &element.table.0 {
+        facts.extend(of_table("mechanics", &drawn.table));
+    }
     for (name, layer) in named(array) {
         facts.extend(origin(name, &layer.closing));
         facts.push(fact(
@@ -116,6 +119,7 @@ fn origin(name: &str, closing: &ClosingCurve) -> Vec<Fact> {
             )),
         ),
         CurveSource::Points => ("points", "closing; the sensor file", None),
+        CurveSource::LoadPath => ("a table of finite elements", "mechanics.table", None),
     };
     let name_of = |what: &str| format!("{name}_closing_curve{what}");
     let mut facts = vec![fact("mechanics", name_of(""), text(words), from)];

@@ -22,7 +22,7 @@ use crate::layout::Layout;
 use crate::mechanics::{MicrochannelError, VoidStack};
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
-use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors, micrometres};
+use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors};
 use crate::summary::Fact;
 use crate::transduction::{MicrochannelLayer, PathTable, TableOptions};
 
@@ -128,44 +128,15 @@ impl<'a> MicrochannelArray<'a> {
 
     /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
     pub(crate) fn position(&self) -> [usize; 2] {
-        if self.element.rows.roof < self.element.columns.roof {
-            [0, 1]
-        } else {
-            [1, 0]
-        }
+        self.element.position()
     }
 
     /// The crossing cell for finite elements.
     ///
     /// # Errors
-    /// A sentence for layers that are not spaced alike.
+    /// A sentence for a drawing that is not solved.
     pub(crate) fn void_stack(&self) -> Result<VoidStack, String> {
-        let element = self.element;
-        let [along_x, along_y] = self.sensor.array.pitch;
-        if element.liquid.initial_pressure.is_some() {
-            return Err(String::from(
-                "the finite elements of the crossing cell begin without pressure in the liquid: leave \
-                 element.microchannel.liquid.initial_pressure out, or use the closing curves",
-            ));
-        }
-        if along_x != along_y {
-            return Err(format!(
-                "the crossing cell needs one spacing for both layers; array.pitch is {} along x and {} along y: \
-                 give equal spacings or use the closed form",
-                micrometres(along_x),
-                micrometres(along_y)
-            ));
-        }
-        let roofs = [element.rows.roof, element.columns.roof];
-        Ok(VoidStack {
-            section: element.section(),
-            pitch: along_x,
-            base: element.base,
-            between: (roofs[0] - roofs[1]).abs() - element.section.height,
-            cover: roofs[0].min(roofs[1]),
-            material: element.material,
-            liquid: element.liquid.pressure.clone(),
-        })
+        self.element.void_stack(self.sensor.array.pitch)
     }
 
     /// The calibration that the drawing implies: every channel as drawn, noise
@@ -229,11 +200,15 @@ impl Device for MicrochannelArray<'_> {
 
     fn tabulate(
         &self,
-        _options: &TableOptions,
-        _program: &str,
-        _progress: &mut dyn FnMut(f64),
+        options: &TableOptions,
+        program: &str,
+        progress: &mut dyn FnMut(f64),
     ) -> Result<PathTable, NotTabulated> {
-        Err(NotTabulated::Points)
+        let layers = self
+            .element
+            .drawn_layers(self.sensor.array.pitch)
+            .map_err(NotTabulated::Drawing)?;
+        Ok(layers.tabulate(options, program, progress)?)
     }
 
     fn predictor(&self) -> Option<Box<dyn Predictor>> {

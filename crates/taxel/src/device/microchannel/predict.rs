@@ -159,7 +159,7 @@ impl MicrochannelPredictor {
             .solve(pressure, progress)
             .map_err(|error| error.to_string())?;
         for (layer, position) in self.layers.iter_mut().zip(field.position) {
-            layer.closing = solved.layers[position].closing.clone();
+            layer.along(solved.layers[position].closing.clone());
         }
         let ended = solved.ended.clone();
         field.solved = Some(solved);
@@ -244,20 +244,7 @@ impl MicrochannelPredictor {
         let response = layer.respond(stretches)?;
         let solved = self.solved_layer(number);
         let sections = &response.channel.sections;
-        // Sections are not alike along the channel: the solution knows more than
-        // their mean.
-        let rest = layer.conductor.rest_resistance();
-        let beside = |(part, loaded): (&Stretch, &SectionClosure)| {
-            let ratio = solved.and_then(|solved| solved.resistance_ratio(loaded.net_pressure));
-            match ratio {
-                Some(ratio) if loaded.net_pressure > 0.0 => {
-                    part.share * rest * (ratio - 1.0 / loaded.area_ratio)
-                }
-                _ => 0.0,
-            }
-        };
-        let beside: f64 = stretches.iter().zip(sections).map(beside).sum();
-        let resistance = response.resistance + beside;
+        let resistance = response.resistance;
         let signal = self.board.signal.of(resistance);
         let any = |state: fn(&ClosingState) -> bool| sections.iter().any(|at| state(&at.state));
         let state = if self.board.saturated(signal) {
@@ -271,10 +258,7 @@ impl MicrochannelPredictor {
         };
         let part = |loaded: &SectionClosure| PartAnswer {
             loaded: *loaded,
-            thinnest: match solved {
-                Some(solved) => solved.thinnest(loaded.net_pressure),
-                None => layer.thinnest(loaded.area_ratio),
-            },
+            thinnest: layer.thinnest_of(loaded),
             gap: solved.and_then(|solved| solved.gap(loaded.net_pressure)),
         };
         Ok(LayerAnswer {
@@ -282,7 +266,7 @@ impl MicrochannelPredictor {
             volume_ratio: response.channel.volume_ratio,
             parts: sections.iter().map(part).collect(),
             resistance,
-            change: resistance / rest - 1.0,
+            change: response.change,
             signal,
             number: self.board.read(resistance, 0.0),
             state,
