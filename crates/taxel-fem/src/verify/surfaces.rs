@@ -210,7 +210,7 @@ pub(super) fn hertz(case: &mut Case, effort: Effort) -> Result<(), Failure> {
     let cells = if effort == Effort::Full {
         [40, 30]
     } else {
-        [20, 15]
+        [30, 22]
     };
     case.note = String::from(
         "The sides are 1000 radii of contact away; the cells of the bodies do not match.",
