@@ -50,20 +50,7 @@ fn a_sensor_file_with_its_table_answers_as_finite_elements() {
     );
     assert!(done(&["check", &sensor]).contains("table_interpolation_error_of_change"));
 
-    // The twin presses and the estimator reads the same way.
-    let live = [
-        "live",
-        &sensor,
-        "--headless",
-        "--speed",
-        "max",
-        "--frames",
-        "100",
-        "--format",
-        "json",
-    ];
-    let summary: Value = serde_json::from_str(&done(&live)).unwrap();
-    assert_eq!(summary["frames"], 100, "{summary}");
+    runs_live(&sensor);
     live_reads_the_force_of_finite_elements(&folder, &sensor, &table);
     a_store_knows_a_table_by_its_contents(&folder, &sensor, &table);
 
@@ -202,6 +189,23 @@ fn a_store_knows_a_table_by_its_contents(folder: &Folder, sensor: &str, table: &
     fs::write(table, text).unwrap();
 }
 
+/// The twin presses and the estimator reads, both by the table.
+fn runs_live(sensor: &str) {
+    let live = [
+        "live",
+        sensor,
+        "--headless",
+        "--speed",
+        "max",
+        "--frames",
+        "100",
+        "--format",
+        "json",
+    ];
+    let summary: Value = serde_json::from_str(&done(&live)).unwrap();
+    assert_eq!(summary["frames"], 100, "{summary}");
+}
+
 /// A sensor file beside the kept table of its layers of microchannels.
 fn channels(folder: &Folder) -> String {
     let table = include_str!("../../../taxel/tests/tables/liquid-metal-2x4.json");
@@ -233,20 +237,7 @@ fn a_table_of_microchannels_is_read_by_every_command() {
     assert!((change(&[]) - 0.8936).abs() < 1e-3, "{}", change(&[]));
     assert!((change(&["--mechanics", "closed-form"]) - 0.8657).abs() < 1e-4);
 
-    // The twin presses and the estimator reads the same way.
-    let live = [
-        "live",
-        &sensor,
-        "--headless",
-        "--speed",
-        "max",
-        "--frames",
-        "100",
-        "--format",
-        "json",
-    ];
-    let summary: Value = serde_json::from_str(&done(&live)).unwrap();
-    assert_eq!(summary["frames"], 100, "{summary}");
+    runs_live(&sensor);
 
     // A sweep of the board, answered by the table; a drawing that varies is refused.
     let study = folder.path("study.toml");

@@ -97,8 +97,7 @@ impl DrawnLayers {
             drawn: self,
             kept: Vec::new(),
         };
-        let table = solve(&mut path, options, program, progress)?;
-        Ok(table)
+        solve(&mut path, options, program, progress)
     }
 
     /// Reads the text of a table of these layers.
