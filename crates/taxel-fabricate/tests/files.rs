@@ -365,6 +365,8 @@ proptest! {
             ("gap_deviation = \"1 um\"", "gap_deviation = \"0.1 um\"".into()),
             ("end_condition = \"short_layer\"", "end_condition = \"free\"".into()),
             ("stiffness = { modulus = { youngs_modulus = \"2.1 MPa\" } }", "stiffness = \"as_layer\"".into()),
+            // What the narrowest gap of the thickest electrodes has, 1.9 pF, is within it.
+            ("range = [\"0 V\", \"1 V\"]", "range = [\"0 V\", \"2 V\"]".into()),
         ]);
         let plan = Plan::of(&sensor).unwrap();
         let [width, thickness, depth] = [width, thickness, depth].map(|length| f64::from(length) * 1e-9);

@@ -15,7 +15,7 @@ use super::material::LinearElastic;
 use super::tabulated_cells::{self, CELLS, TabulatedCell};
 use crate::quantity::{self, Checked, NonNegativeStress, PositiveFraction, PositiveStress};
 use crate::solved_table::{SolvedRow, SolvedTable, interpolated};
-use taxel_numerics::{CurveError, MonotoneCurve, OnCurve};
+use taxel_numerics::{CurveError, MonotoneCurve, OnCurve, roots::ridders};
 
 /// Shape of a cross-section.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -755,10 +755,22 @@ fn highest_pressure(stretches: &[Stretch]) -> Result<f64, MicrochannelError> {
     Ok(pressures.by_ref().fold(0.0, f64::max))
 }
 
-/// Root of a rising function between 0 and `highest`, to the last digit: where
-/// rounding leaves no change of sign, the end nearest to it.
+/// Root of a rising function between 0 and `highest`, to the last digit, so that a root rises
+/// with what the function falls with: where rounding leaves no change of sign, the end nearest
+/// to it.
 fn rising_root(highest: f64, excess: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, highest);
+    let near = ridders([0.0, highest], &excess);
+    // What the method leaves is some bits; bisection has the rest.
+    let around = [1.0 - 16.0 * f64::EPSILON, 1.0 + 16.0 * f64::EPSILON].map(|part| near * part);
+    let mut low = if excess(around[0]) < 0.0 {
+        around[0]
+    } else {
+        0.0
+    };
+    let mut high = around[1].min(highest);
+    if excess(high) < 0.0 {
+        high = highest;
+    }
     if excess(low) >= 0.0 {
         return low;
     }
