@@ -164,8 +164,8 @@ const MODULI: [f64; 2] = [1.32e6, 2.97e6];
 /// displacements as effective gaps, so that a true stiffness is larger by the factor of
 /// such a reading.
 fn elastic_unit(ours: &mut Ours, drawn: &ThreeAxisArray<'_>) {
-    let drawing = drawn.element.unit_drawing();
-    let (Ok(cut_out), Ok(in_array)) = (drawing.compliance(), drawing.compliance_in_array()) else {
+    let drawing = drawn.unit_drawing();
+    let Ok([cut_out, in_array]) = drawn.element.suspension.closings(&drawing) else {
         return;
     };
     let unit = drawn.unit_model();

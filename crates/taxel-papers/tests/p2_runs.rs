@@ -11,11 +11,10 @@ fn crosstalk_of_the_shipped_drawing() {
     let sensor = Sensor::shipped("three-axis-8x8").unwrap();
     let array = sensor.three_axis().unwrap();
     let solution = UnitSolution {
-        block: array.layout().pitch[0],
         division: BlockDivision::COARSE,
         ..UnitSolution::default()
     };
-    let drawing = array.element.unit_drawing();
+    let drawing = array.unit_drawing();
     let found = drawing.crosstalk(&solution).unwrap();
     let stored = &Paper::P2.table().run("crosstalk").unwrap().values;
     for (name, found) in [
@@ -35,7 +34,7 @@ fn crosstalk_of_the_shipped_drawing() {
 #[test]
 fn first_touch_of_a_pressed_unit() {
     let sensor = Sensor::shipped("three-axis-8x8").unwrap();
-    let drawing = sensor.three_axis().unwrap().element.unit_drawing();
+    let drawing = sensor.three_axis().unwrap().unit_drawing();
     let modulus = 9.31e3 * drawing.compliance().unwrap().c_zz;
     let solution = UnitSolution {
         division: BlockDivision::COARSE,

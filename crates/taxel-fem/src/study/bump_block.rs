@@ -81,6 +81,15 @@ impl BlockDivision {
         across: [1, 2, 2, 2, 2, 2],
         upward: [2, 2, 2],
     };
+
+    /// One cell more in each interval.
+    #[must_use]
+    pub fn finer(self) -> Self {
+        Self {
+            across: self.across.map(|count| count + 1),
+            upward: self.upward.map(|count| count + 1),
+        }
+    }
 }
 
 /// Number of strips of equal height on a flank of the bump, from its foot up.

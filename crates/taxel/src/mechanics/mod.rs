@@ -70,7 +70,9 @@ pub use solved_block::{LocalLoad, LocalLoads, MicrochannelBlock, SolvedBlock};
 pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
-pub use solved_unit::{BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedUnit, UnitSolution};
+pub use solved_unit::{
+    BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedStiffness, SolvedUnit, UnitSolution,
+};
 pub(crate) use solved_voids::{Fineness, filling as fillings, solid as solids};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
 pub use sphere_on_layer::SpherePressure;

@@ -1,5 +1,8 @@
 //! The elastic unit of P2 solved by finite elements, from its drawing.
 
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
 use taxel_fem::solver::failure::Failure;
 use taxel_fem::study::bump_block::{
     BlockAnswer, BlockSides, BumpBlock, PressedBlock, TopAnswer, large_strain, linear,
@@ -11,6 +14,7 @@ use super::elastic_unit::{
     AIR_PRESSURE, FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing,
 };
 use super::solved_voids::NotSolved;
+use crate::solutions::{Question, Solutions, Unsolved, answer, digits};
 
 /// Copper of the electrodes: Young's modulus, Pa, and Poisson's ratio. Only that it is stiff
 /// matters: at the moduli of rubber the closings do not depend on it.
@@ -18,6 +22,8 @@ const COPPER: [f64; 2] = [117e9, 0.34];
 /// Young's modulus of the elastomer that is solved, Pa: closings times modulus do not depend on it.
 const SOFT: f64 = 1e6;
 
+/// Number of this way of solving: another one has other kept solutions.
+const METHOD: u32 = 1;
 /// Force of a solution with nonlinear terms that is to be linear, N.
 const SMALL_FORCE: f64 = 1e-5;
 
@@ -35,8 +41,6 @@ pub struct SolvedUnit {
 pub struct UnitSolution {
     /// Poisson's ratio of the elastomer, below 0.5.
     pub poisson: f64,
-    /// Side of the block, m: the pitch of the array.
-    pub block: f64,
     /// True for mirror images beside the block; false for a block that is cut out.
     pub symmetric: bool,
     /// Numbers of cells.
@@ -44,11 +48,10 @@ pub struct UnitSolution {
 }
 
 impl Default for UnitSolution {
-    /// A block of 2 mm with free sides, Poisson's ratio 0.49, the usual cells.
+    /// Free sides, Poisson's ratio 0.49, the usual cells.
     fn default() -> Self {
         Self {
             poisson: 0.49,
-            block: 2e-3,
             symmetric: false,
             division: BlockDivision::USUAL,
         }
@@ -103,7 +106,121 @@ impl PressedUnit {
     }
 }
 
+/// Closings per force of a drawing that no table has: solved once, and kept.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SolvedStiffness {
+    /// Of a unit that is cut out of the array, and of one with mirror images beside it.
+    pub(crate) sides: [UnitCompliance; 2],
+}
+
+impl SolvedStiffness {
+    /// The solution of a drawing.
+    ///
+    /// # Errors
+    /// [`Unsolved`] when there is none, with what the solver could not get over.
+    pub fn of_unit(drawing: &UnitDrawing, solutions: &mut dyn Solutions) -> Result<Self, Unsolved> {
+        answer(&question(drawing), solutions, Self::is_sound, |progress| {
+            Self::solve(drawing, progress)
+        })
+    }
+
+    /// The error is what a mesh of a quarter of the unknowns is off, and no less than that of
+    /// the table.
+    fn solve(drawing: &UnitDrawing, progress: &mut dyn FnMut(f64)) -> Result<Self, String> {
+        let solved = |symmetric: bool, division: BlockDivision| {
+            let solution = UnitSolution {
+                symmetric,
+                division,
+                ..UnitSolution::default()
+            };
+            let unit = drawing.solve(&solution);
+            unit.map(|unit| unit.compliance)
+                .map_err(|failure| failure.to_string())
+        };
+        let coarse = solved(false, BlockDivision::COARSE)?;
+        progress(0.1);
+        let free = solved(false, BlockDivision::USUAL)?;
+        progress(0.5);
+        let among = solved(true, BlockDivision::USUAL)?;
+        let closings = |of: &UnitCompliance| [of.c_zz, of.c_xx];
+        let pairs = closings(&coarse).into_iter().zip(closings(&free));
+        let error = pairs.fold(SOLVED_ERROR, |most, (coarse, fine)| {
+            most.max((coarse / fine - 1.0).abs())
+        });
+        Ok(Self {
+            sides: [free, among].map(|side| UnitCompliance { error, ..side }),
+        })
+    }
+
+    /// True of numbers that a unit may have.
+    fn is_sound(&self) -> bool {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        self.sides.iter().all(|side| {
+            let strips = side.strips.iter().flat_map(|strip| {
+                let [a, b] = [strip.by_side_force, strip.by_downward_force];
+                [a[0], a[1], b[0], b[1], strip.stick]
+            });
+            let [along, across] = side.tilt_x;
+            let finite = [side.tilt_z, along, across];
+            let mut all = strips.chain(finite);
+            [side.c_zz, side.c_xx, side.hot_z, side.hot_x, side.error].map(positive) == [true; 5]
+                && [side.volume_by_force, side.volume_by_pressure].map(positive) == [true; 2]
+                && [side.opening_by_pressure, side.cavity_volume].map(positive) == [true; 2]
+                && all.all(f64::is_finite)
+        })
+    }
+}
+
+/// All that the stiffness of a unit follows from.
+fn question(drawing: &UnitDrawing) -> Question {
+    let lengths = [
+        ("electrode", drawing.electrode),
+        ("electrode_thickness", drawing.electrode_thickness),
+        ("centre_distance", drawing.centre_distance),
+        ("unit_side", drawing.unit_side),
+        ("wall_width", drawing.wall_width),
+        ("lower_layer", drawing.lower_layer),
+        ("upper_layer", drawing.upper_layer),
+        ("bump_height", drawing.bump_height),
+        ("bump_base", drawing.bump_base),
+        ("bump_top", drawing.bump_top),
+        ("air_gap", drawing.air_gap),
+        ("insulation", drawing.insulation),
+        ("pitch", drawing.pitch),
+    ];
+    let mut statement = format!(
+        "solution = closings of an elastic unit\n\
+         solver = taxel-fem {} method {METHOD}\n\
+         material = Poisson's ratio 0.49, closings times Young's modulus\n",
+        taxel_fem::VERSION,
+    );
+    for (name, length) in lengths {
+        writeln!(statement, "{name} = {} m", digits(length)).expect("a String takes any text");
+    }
+    Question {
+        what: String::from("stiffness of the unit"),
+        statement,
+    }
+}
+
 impl UnitDrawing {
+    /// True if the lengths make a unit: a wall, electrodes within their cavities, and a frame
+    /// round these.
+    pub fn is_unit(&self) -> bool {
+        let rising = [
+            0.0,
+            self.wall_width,
+            self.centre_distance - self.electrode,
+            self.centre_distance + self.electrode,
+            self.unit_side,
+            self.pitch,
+        ];
+        rising.windows(2).all(|pair| pair[0] < pair[1])
+            && self.bump_top > 0.0
+            && self.bump_top <= self.bump_base
+            && self.bump_base <= self.unit_side
+    }
+
     /// Solves a quarter of the unit, vented, under normal forces on its flat top up to `largest`,
     /// N, in `steps` equal steps: neo-Hookean elastomer of this modulus, Pa, contact of floor and
     /// roof without friction. `permittivity` is that of the insulation; `progress` hears the share
@@ -246,7 +363,7 @@ impl UnitDrawing {
     fn block(&self, solution: &UnitSolution, in_row: bool) -> (BumpBlock, BlockSides) {
         let half = |length: f64| 0.5 * length;
         let block = BumpBlock {
-            half: half(solution.block),
+            half: half(self.pitch),
             cavity: [half(self.wall_width), half(self.unit_side)],
             plate: [
                 half(self.centre_distance - self.electrode),

@@ -6,9 +6,11 @@ use serde::Deserialize;
 use taxel_numerics::dense;
 
 use super::elastic_unit::{ElasticDescription, OutsideUnit, UnitCompliance, UnitDrawing};
+use super::solved_unit::SolvedStiffness;
 use crate::quantity::{
     self, Checked, Fraction, OneOrList, PositiveLength, PositiveStiffness, Ratio,
 };
+use crate::solutions::OfDrawing;
 
 /// Side of each capacitor 11, 12, 21, 22 along x: `1j` is at -x, `i2` at +x.
 pub const SIDE_X: [f64; 4] = [-1.0, 1.0, -1.0, 1.0];
@@ -50,6 +52,10 @@ pub struct SuspensionDescription {
     /// bump, in the place of `stiffness`, `tile_tilt` and `bump_sinking`.
     #[serde(default)]
     pub from_drawing: Option<ElasticDescription>,
+    /// The closings that were solved, where the drawing is beside the table.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub(crate) solved: OfDrawing<SolvedStiffness>,
 }
 
 /// The mechanics of one unit: force on the bump to motion of its four tiles.
@@ -104,9 +110,29 @@ impl SuspensionDescription {
     /// [`OutsideUnit`] when the stiffness does not follow from this drawing.
     pub fn model(&self, unit: &UnitDrawing) -> Result<Suspension, OutsideUnit> {
         match &self.from_drawing {
-            Some(elastic) => Ok(Suspension::of_drawing(elastic, unit, &unit.compliance()?)),
+            Some(elastic) => {
+                let [cut_out, _] = self.closings(unit)?;
+                Ok(Suspension::of_drawing(elastic, unit, &cut_out))
+            }
             None => Ok(self.typed_in()),
         }
+    }
+
+    /// Closings per force of a unit that is cut out of the array, and of one among others: of
+    /// the table, or as solved.
+    ///
+    /// # Errors
+    /// [`OutsideUnit`] for a drawing that is beside the table and was not solved.
+    pub fn closings(&self, unit: &UnitDrawing) -> Result<[UnitCompliance; 2], OutsideUnit> {
+        match (self.solved.0, unit.compliance()) {
+            (Some(solved), Err(_)) => Ok(solved.sides),
+            (_, cut_out) => Ok([cut_out?, unit.compliance_in_array()?]),
+        }
+    }
+
+    /// True if the closings were solved: no table has the drawing.
+    pub fn is_solved(&self, unit: &UnitDrawing) -> bool {
+        self.solved.0.is_some() && unit.compliance().is_err()
     }
 
     /// The model of the constants that are typed in; rigid where there are none.
@@ -222,6 +248,7 @@ mod tests {
             tile_tilt: Some(1.0),
             bump_sinking: Some([0.1, 0.2]),
             from_drawing: None,
+            solved: OfDrawing(None),
         }
         .typed_in()
     }

@@ -280,6 +280,7 @@ impl Sensor {
                 element.take_table(pitch, name, &text)?;
                 element.check(pitch)
             }
+            (Element::ThreeAxisCapacitor(element), _) => element.solve(&self.array, solutions),
             (Element::InPlaneCapacitor(element), table) => {
                 element.check(pitch)?;
                 match table {

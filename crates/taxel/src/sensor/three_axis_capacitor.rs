@@ -3,11 +3,13 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::checks::Broken;
 use crate::layout::{ArrayDescription, Mount};
 use crate::mechanics::{
-    BentGap, ForceHysteresis, RelaxationTerm, SuspensionDescription, UnitDrawing,
+    BentGap, ForceHysteresis, RelaxationTerm, SolvedStiffness, SuspensionDescription, UnitDrawing,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
+use crate::solutions::{OfDrawing, Solutions, Unsolved};
 use crate::transduction::{EdgeDrawing, PlatesDescription, UnitModel};
 use taxel_numerics::Noise;
 
@@ -116,11 +118,40 @@ impl ThreeAxisCapacitor {
                 *air -= bent.closing;
             }
         }
-        let unit = self.unit_drawing();
+        let unit = self.unit_drawing(array);
         UnitModel {
             suspension: self.suspension.model(&unit).unwrap_or_else(|_| typed_in()),
             plates,
         }
+    }
+
+    /// Solves the unit where its stiffness is to follow from a drawing that no table has.
+    ///
+    /// # Errors
+    /// The drawing has no solution.
+    pub(super) fn solve(
+        &mut self,
+        array: &ArrayDescription,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        let drawing = self.unit_drawing(array);
+        // The rules between keys say what makes no unit.
+        let beside = drawing.is_unit() && drawing.compliance().is_err();
+        if self.suspension.from_drawing.is_none() || !beside {
+            return Ok(());
+        }
+        match SolvedStiffness::of_unit(&drawing, solutions) {
+            Ok(solved) => self.suspension.solved = OfDrawing(Some(solved)),
+            // The rules between keys say so, with what the table has.
+            Err(Unsolved::TablesOnly) => {}
+            Err(Unsolved::Failed(message)) => {
+                let key = "element.three_axis_capacitor.suspension.from_drawing";
+                let help = "change the lengths of the unit, or type the stiffness in (stiffness, \
+                            tile_tilt, bump_sinking) in the place of from_drawing";
+                return Err(Broken::new(key, message, help));
+            }
+        }
+        Ok(())
     }
 
     /// What the mount does to the air gaps; `None` on a plane, without the plane that is not
@@ -130,7 +161,7 @@ impl ThreeAxisCapacitor {
             return None;
         };
         let plane = cylinder.unstretched_plane?;
-        self.unit_drawing()
+        self.unit_drawing(array)
             .bent(array.pitch[0], cylinder.radius, plane)
     }
 
@@ -190,7 +221,7 @@ impl ThreeAxisCapacitor {
     }
 
     /// The lengths that the stiffness of a unit follows from.
-    pub fn unit_drawing(&self) -> UnitDrawing {
+    pub fn unit_drawing(&self, array: &ArrayDescription) -> UnitDrawing {
         let (plates, outline) = (&self.plates, &self.outline);
         UnitDrawing {
             electrode: plates.electrode[0],
@@ -206,6 +237,7 @@ impl ThreeAxisCapacitor {
             bump_top: outline.bump_top,
             air_gap: plates.air_gap.into_iter().sum::<f64>() / 4.0,
             insulation: plates.insulation,
+            pitch: array.pitch[0],
         }
     }
 

@@ -158,6 +158,7 @@ fn modulus_and_size() {
         &mut drawing.bump_top,
         &mut drawing.air_gap,
         &mut drawing.insulation,
+        &mut drawing.pitch,
     ] {
         *length *= 2.0;
     }
@@ -181,7 +182,7 @@ fn drawings_beyond_the_table_are_named() {
     assert!(
         outside
             .to_string()
-            .contains("from 50.0 um to 200.0 um, not for 300.0 um")
+            .contains("from 83.3 um to 120.0 um, not 300.0 um")
     );
     let steep = UnitDrawing {
         bump_top: 600e-6,
@@ -299,7 +300,15 @@ fn a_stiffness_is_typed_in_or_drawn() {
     for (change, parts) in [
         (
             ("wall_width = \"100 um\"", "wall_width = \"420 um\""),
-            ["outline.wall_width", "a wall", "50.0 um to 200.0 um"],
+            ["outline.wall_width", "reaches the electrodes", "300 um"],
+        ),
+        (
+            ("wall_width = \"100 um\"", "wall_width = \"200.5 um\""),
+            ["outline.wall_width", "a wall", "83.3 um to 120.0 um"],
+        ),
+        (
+            ("pitch = \"2 mm\"", "pitch = \"1.3 mm\""),
+            ["array.pitch", "no elastomer", "1300 um"],
         ),
         (
             (

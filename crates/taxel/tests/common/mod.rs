@@ -124,5 +124,6 @@ pub(crate) fn drawing(row: &Row) -> taxel::mechanics::UnitDrawing {
         bump_top: 2.0 * um("bump_top_half_um"),
         air_gap: um("air_um"),
         insulation: um("insulation_um"),
+        pitch: 2e-3,
     }
 }

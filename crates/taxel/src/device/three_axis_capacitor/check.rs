@@ -1,13 +1,14 @@
 //! Rules between the keys of a three-axis array.
 
 use super::ThreeAxisArray;
+use crate::mechanics::UnitDrawing;
 use crate::sensor::{
     Broken, SAME_LENGTH, ThreeAxisCapacitor, check_scan_time, micrometres, require, rounded_down,
 };
 
 pub(super) fn check(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     check_element(array.element, array.sensor.array.pitch)?;
-    check_suspension(array.element)?;
+    check_suspension(array)?;
     check_edges(array)?;
     check_bending(array)?;
     check_reach(array)?;
@@ -82,8 +83,8 @@ fn check_element(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
 const SUSPENSION: &str = "element.three_axis_capacitor.suspension";
 
 /// A stiffness is typed in or follows from the drawing, and not both.
-fn check_suspension(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
-    let suspension = &element.suspension;
+fn check_suspension(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    let suspension = &array.element.suspension;
     let typed_in = [
         ("stiffness", suspension.stiffness.is_some()),
         ("tile_tilt", suspension.tile_tilt.is_some()),
@@ -109,13 +110,64 @@ fn check_suspension(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
             )?;
         }
     }
-    if let Err(outside) = suspension.model(&element.unit_drawing()) {
-        let path = format!("element.three_axis_capacitor.{}", outside.key);
-        let help = "change this length, or type the stiffness in (stiffness, tile_tilt, \
-                    bump_sinking) in the place of from_drawing";
+    let drawing = array.unit_drawing();
+    if suspension.from_drawing.is_some() {
+        check_unit(&drawing)?;
+    }
+    if let Err(outside) = suspension.model(&drawing) {
+        let path = match outside.key.strip_prefix("array.") {
+            Some(_) => outside.key.to_owned(),
+            None => format!("element.three_axis_capacitor.{}", outside.key),
+        };
+        let help = "the command taxel and Sensor::parse_with solve such a drawing; or change this \
+                    length, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the \
+                    place of from_drawing";
         return Err(Broken::new(&path, outside.to_string(), help));
     }
     Ok(())
+}
+
+/// A unit whose stiffness follows from its drawing has electrodes within its cavities, and
+/// elastomer between it and the next one.
+fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
+    let key = |name: &str| format!("element.three_axis_capacitor.{name}");
+    let [inner, outer] = [-1.0, 1.0].map(|side| drawing.centre_distance + side * drawing.electrode);
+    require(
+        drawing.wall_width < inner,
+        &key("outline.wall_width"),
+        || {
+            format!(
+                "a wall of {} reaches the electrodes, which are {} apart",
+                micrometres(drawing.wall_width),
+                micrometres(inner)
+            )
+        },
+        "give a narrower wall, or a larger centre distance",
+    )?;
+    require(
+        outer < drawing.unit_side,
+        &key("outline.unit_side"),
+        || {
+            format!(
+                "cavities that end {} from each other have no room beside electrodes that end there, at {}",
+                micrometres(drawing.unit_side),
+                micrometres(outer)
+            )
+        },
+        "give a larger unit side",
+    )?;
+    require(
+        drawing.unit_side < drawing.pitch,
+        "array.pitch",
+        || {
+            format!(
+                "units of {} at a pitch of {} have no elastomer between them",
+                micrometres(drawing.unit_side),
+                micrometres(drawing.pitch)
+            )
+        },
+        "give a larger pitch or a smaller unit side",
+    )
 }
 
 /// Where no parallel capacitance is typed in, the edges must follow from the drawing.

@@ -229,10 +229,14 @@ fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 fn elasticity(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     let element = array.element;
     let unit = array.unit_model();
+    let drawing = array.unit_drawing();
     let stiffness = unit.suspension.stiffness();
     let elastic = element.suspension.from_drawing;
     let from = match elastic {
-        Some(_) => "from the drawing and its modulus, a unit cut out of the array",
+        Some(_) if element.suspension.is_solved(&drawing) => {
+            "the drawing and its modulus, a unit cut out of the array: solved, kept; no table has it"
+        }
+        Some(_) => "the drawing and its modulus, a unit cut out of the array: table",
         None => "typed in: the drawing of wall, cavities, layers and bump does not enter",
     };
     let word = if elastic.is_some() {
@@ -247,8 +251,7 @@ fn elasticity(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
     }
     let ratio = number(stiffness[0] / stiffness[2], "ratio", "", 1.0);
     facts.push(fact("mechanics", "stiffness_x_over_z", ratio, from));
-    let drawing = element.unit_drawing();
-    if let (Ok(cut_out), Ok(in_array)) = (drawing.compliance(), drawing.compliance_in_array()) {
+    if let Ok([cut_out, in_array]) = element.suspension.closings(&drawing) {
         match &elastic {
             Some(elastic) => {
                 facts.extend(from_drawing(array, elastic, [&cut_out, &in_array]));
@@ -279,20 +282,29 @@ fn from_drawing(
     [cut_out, in_array]: [&UnitCompliance; 2],
 ) -> Vec<Fact> {
     let (modulus, unit) = (elastic.modulus, array.unit_model());
-    let k = |of: &UnitCompliance, error: f64| (1.0 + error) / of.normal(modulus, elastic.cavity);
+    let k = |of: &UnitCompliance| 1.0 / of.normal(modulus, elastic.cavity);
+    let [cut_out_z, in_array_z] = [k(cut_out), k(in_array)];
     let error = cut_out.error;
-    let ends = [k(cut_out, -error), k(in_array, error)];
+    let error_of = if array.element.suspension.is_solved(&array.unit_drawing()) {
+        "difference of a coarser mesh, and at least what the table showed"
+    } else {
+        "of the solved cases and of the exponents between them"
+    };
+    let ends = [
+        cut_out_z.min(in_array_z) * (1.0 - error),
+        cut_out_z.max(in_array_z) * (1.0 + error),
+    ];
     let mut facts = Vec::new();
     for (name, end, source) in [
         (
             "stiffness_z_least",
             ends[0],
-            "a unit cut out of the array, less the error of the table",
+            "of a unit cut out of the array and one among others the softer, less the error",
         ),
         (
             "stiffness_z_greatest",
             ends[1],
-            "a unit among its neighbours, and the error of the table",
+            "the stiffer of both, and the error",
         ),
     ] {
         facts.push(fact(
@@ -306,7 +318,7 @@ fn from_drawing(
         "mechanics",
         "stiffness_error",
         text(&format!("{:.0} %", 100.0 * error)),
-        "of the solved cases and of the exponents between them",
+        error_of,
     ));
     let side = match elastic.side_contact {
         SideContact::Top => 2.0 * error,
@@ -360,7 +372,7 @@ fn cavities(
             .air_gap
             .into_iter()
             .fold(f64::INFINITY, f64::min);
-        let touch = cut_out.first_touch(modulus, air);
+        let [touch, among] = [cut_out, in_array].map(|of| of.first_touch(modulus, air));
         for (name, force, source) in [
             (
                 "first_touch_z",
@@ -369,13 +381,13 @@ fn cavities(
             ),
             (
                 "first_touch_z_least",
-                touch / (1.0 + 2.0 * error),
-                "both errors of the table",
+                touch.min(among) / (1.0 + 2.0 * error),
+                "cut out of the array or among others, less both errors",
             ),
             (
                 "first_touch_z_greatest",
-                in_array.first_touch(modulus, air) * (1.0 + 2.0 * error),
-                "among neighbours, and both errors of the table",
+                touch.max(among) * (1.0 + 2.0 * error),
+                "the later of both, and both errors",
             ),
         ] {
             facts.push(fact(
@@ -476,7 +488,7 @@ fn bending(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "array.mount.cylinder",
         )];
     }
-    let unit = element.unit_drawing();
+    let unit = element.unit_drawing(drawn);
     let plane = |height: f64| unit.bent(drawn.pitch[0], cylinder.radius, height);
     let bottom = -(unit.lower_layer + unit.insulation + unit.air_gap);
     let mut facts = vec![fact(

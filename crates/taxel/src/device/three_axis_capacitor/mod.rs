@@ -14,6 +14,7 @@ use crate::electronics::FrontEnd;
 use crate::estimation::{FrameError, ObserverOptions, Reader, ThreeAxisOptions, ThreeAxisReader};
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
+use crate::mechanics::UnitDrawing;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
@@ -59,6 +60,11 @@ impl<'a> ThreeAxisArray<'a> {
     /// The model of one unit as drawn.
     pub fn unit_model(&self) -> UnitModel {
         self.element.unit_model(&self.sensor.array)
+    }
+
+    /// The lengths that the stiffness of a unit follows from.
+    pub fn unit_drawing(&self) -> UnitDrawing {
+        self.element.unit_drawing(&self.sensor.array)
     }
 
     /// The lengths that the edges of the electrodes follow from.

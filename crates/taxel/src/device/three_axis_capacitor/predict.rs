@@ -146,11 +146,8 @@ impl ThreeAxisPredictor {
         Ok(Self {
             to_solve: Some(ToSolve {
                 elastic,
-                drawing: element.unit_drawing(),
-                solution: UnitSolution {
-                    block: array.layout().pitch[0],
-                    ..UnitSolution::default()
-                },
+                drawing: array.unit_drawing(),
+                solution: UnitSolution::default(),
                 permittivity: element.plates.insulation_permittivity,
                 in_row: array.layout().columns > 1,
             }),
