@@ -102,6 +102,38 @@ fn rounded(mut mesh: Mesh, up: usize, height: f64) -> Mesh {
     mesh
 }
 
+/// Change of the residual on each unknown along a motion of the nodes: by the tangent, and by
+/// central differences at fixed pressures of the cells.
+fn moved(problem: &Problem, state: &State, motion: &dyn Fn(usize, usize) -> f64) -> Vec<[f64; 2]> {
+    let mut system = System::new(problem).unwrap();
+    let here = system.assemble(problem, state, true).unwrap();
+    assert!(!here.incomplete);
+    let components = system.unknowns.components();
+    let numbers: Vec<(usize, usize, usize)> = (0..problem.mesh.points.len())
+        .flat_map(|node| (0..components).map(move |d| (node, d)))
+        .filter_map(|(node, d)| Some((node, d, system.unknowns.of(node as u32, d)?)))
+        .collect();
+    let mut change = vec![0.0; numbers.len()];
+    for &(node, d, number) in &numbers {
+        change[number] = motion(node, d);
+    }
+    let mut product = system.unknowns.pattern.multiply(&here.values, &change);
+    here.unsymmetric.add_product(&change, &mut product);
+    let step = 2e-7;
+    let mut residual = |sign: f64| {
+        let mut there = state.clone();
+        for &(node, d, _) in &numbers {
+            there.displacement[node][d] += sign * step * motion(node, d);
+        }
+        let assembled = system.assemble(problem, &there, false);
+        assembled.unwrap().residual
+    };
+    let (ahead, behind) = (residual(1.0), residual(-1.0));
+    let each = numbers.iter();
+    each.map(|&(_, _, k)| [product[k], (ahead[k] - behind[k]) / (2.0 * step)])
+        .collect()
+}
+
 #[test]
 fn the_tangent_between_rough_surfaces_is_that_of_differences() {
     let cubes =
@@ -168,35 +200,7 @@ fn the_tangent_between_rough_surfaces_is_that_of_differences() {
             }
             // What the contact adds to the bodies without it, along a motion of all nodes.
             let motion = |node: usize, d: usize| scattered(3 * node + 5 * d + trial);
-            let bodies: [&Problem; 2] = [&problem, &bare];
-            let [with, without] = bodies.map(|problem| {
-                let mut system = System::new(problem).unwrap();
-                let here = system.assemble(problem, &state, true).unwrap();
-                assert!(!here.incomplete, "{name}");
-                let numbers: Vec<(usize, usize, usize)> = (0..problem.mesh.points.len())
-                    .flat_map(|node| (0..=up).map(move |d| (node, d)))
-                    .filter_map(|(node, d)| Some((node, d, system.unknowns.of(node as u32, d)?)))
-                    .collect();
-                let mut change = vec![0.0; numbers.len()];
-                for &(node, d, number) in &numbers {
-                    change[number] = motion(node, d);
-                }
-                let mut product = system.unknowns.pattern.multiply(&here.values, &change);
-                here.unsymmetric.add_product(&change, &mut product);
-                let step = 2e-7;
-                let mut residual = |sign: f64| {
-                    let mut there = State::clone(&state);
-                    for &(node, d, _) in &numbers {
-                        there.displacement[node][d] += sign * step * motion(node, d);
-                    }
-                    system.assemble(problem, &there, false).unwrap().residual
-                };
-                let (ahead, behind) = (residual(1.0), residual(-1.0));
-                let each = numbers
-                    .iter()
-                    .map(|&(_, _, k)| [product[k], (ahead[k] - behind[k]) / (2.0 * step)]);
-                each.collect::<Vec<_>>()
-            });
+            let [with, without] = [&problem, &bare].map(|body| moved(body, &state, &motion));
             let (mut size, mut off) = (0.0_f64, 0.0_f64);
             for (with, without) in with.iter().zip(&without) {
                 let [exact, found] = [0, 1].map(|k| with[k] - without[k]);
@@ -244,18 +248,16 @@ fn half_disc_on_waves() -> Solver {
         *x = x.map(|x| 1e-3 * x);
     }
     let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
-    let solid = |region: &String| match region.as_str() {
-        "ball" => {
-            let (c10, c01) = (100.0, 20.0);
-            Material::new(
-                Law::MooneyRivlin { c10, c01 },
-                Volumetric::Logarithmic(5000.0),
-            )
-        }
-        _ => Material::new(Law::neo_hookean(80.0), Volumetric::Quadratic(2000.0)),
+    let ball = Law::MooneyRivlin {
+        c10: 100.0,
+        c01: 20.0,
     };
+    let ball = Material::new(ball, Volumetric::Logarithmic(5000.0));
+    let pad = Material::new(Law::neo_hookean(80.0), Volumetric::Quadratic(2000.0));
+    let (ball, pad) = (ball.unwrap(), pad.unwrap());
     let regions = problem.mesh.regions.iter();
-    problem.materials = regions.map(|region| solid(region).unwrap()).collect();
+    let solids = regions.map(|region| if region == "ball" { ball } else { pad });
+    problem.materials = solids.collect();
     problem.clamp("floor").unwrap();
     for (name, component, sign) in [("down", 1, -1.0), ("along", 0, 1.0)] {
         let parameter = problem.parameter(name, Rule::Given);
