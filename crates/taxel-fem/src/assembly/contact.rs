@@ -253,23 +253,33 @@ impl System {
             let incline = self.slots_of(&nodes, &meeting.incline(&numbers, point));
             out.add_unsymmetric(&self.along(&moves, normal.map(|n| stiff * n)), &incline);
             // It acts on the second surface where the point is, near to its anchor while it sticks.
-            let Some((rubbing, height)) =
-                rub_surface((tables, pair), contact, point, &meeting, places)
+            let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
             else {
                 return;
             };
-            let bend = rubbing.tangent.map(|row| row.map(|entry| area * entry));
-            self.push(&moves, &rubbing.traction.map(|t| area * t), &bend, out);
+            let friction = &rubbing.friction;
+            let bend = friction.tangent.map(|row| row.map(|entry| area * entry));
+            self.push(&moves, &friction.traction.map(|t| area * t), &bend, out);
+            for (d, row) in bend.iter().enumerate().take(self.unknowns.components()) {
+                let parting = rubbing.parting(tables, &meeting);
+                let motion = parting.flat_map(|(node, factor)| {
+                    let slots = self.slots(node, d);
+                    slots.map(move |(slot, share)| (slot, share * factor))
+                });
+                if *row != [0.0; 3] {
+                    out.add_unsymmetric(&self.along(&moves, *row), &motion.collect::<Vec<_>>());
+                }
+            }
             if pressure > 0.0 {
-                for change in meeting.friction_changes(&numbers, point, (&rubbing, height)) {
+                for change in meeting.friction_changes(&numbers, point, &rubbing) {
                     let forces: Nodal = change.forces.iter().map(|f| f.map(|x| area * x)).collect();
                     let forces = self.slots_of(&nodes, &forces);
                     out.add_unsymmetric(&forces, &self.slots_of(&nodes, &change.motion));
                 }
             }
-            if rubbing.sliding != [0.0; 3] {
+            if friction.sliding != [0.0; 3] {
                 let slope = pair.friction * pair.stiffness;
-                let forces = self.along(&moves, rubbing.sliding.map(|d| -slope * area * d));
+                let forces = self.along(&moves, friction.sliding.map(|d| -slope * area * d));
                 let mut motion = self.along(&moves, normal);
                 motion.extend(incline);
                 out.add_unsymmetric(&forces, &motion);
@@ -528,12 +538,12 @@ impl System {
                             } else {
                                 None
                             };
-                            match rubbing {
+                            match rubbing.map(|rubbing| rubbing.friction) {
                                 // It sticks, or has slid to a new place.
-                                Some((rubbing, _)) if rubbing.sliding == [0.0; 3] => {
+                                Some(rubbing) if rubbing.sliding == [0.0; 3] => {
                                     old.anchor(point.number).unwrap_or_default()
                                 }
-                                Some((rubbing, _)) => tables.anchor_at(
+                                Some(rubbing) => tables.anchor_at(
                                     (&meeting.foot, meeting.facet),
                                     rubbing.anchor,
                                     &places,
@@ -648,10 +658,9 @@ impl ContactProbe {
             pressure = meeting.pressure.max(0.0);
             normal = meeting.gap.normal;
             if pressure > 0.0
-                && let Some((rubbing, _)) =
-                    rub_surface((tables, pair), contact, point, &meeting, places)
+                && let Some(rubbing) = rub_surface((tables, pair), contact, point, &meeting, places)
             {
-                traction = rubbing.traction.map(|t| -t);
+                traction = rubbing.friction.traction.map(|t| -t);
             }
         }
         self.note(gap, pressure, point.rest, true);

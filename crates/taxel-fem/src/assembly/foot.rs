@@ -4,6 +4,9 @@ use crate::mesh::{FacetShape, Shapes};
 
 /// Iterations of the search.
 const ITERATIONS: usize = 25;
+/// Change of the reference coordinates at which it ends, and that which is enough where rounding
+/// allows for no less.
+const SETTLED: [f64; 2] = [1e-13, 1e-9];
 /// Reference coordinates beyond which the search is given up.
 const FAR: f64 = 3.0;
 
@@ -133,45 +136,47 @@ pub(super) fn inverse(matrix: [[f64; 2]; 2], directions: usize) -> Option<[[f64;
     })
 }
 
+/// Reference coordinates of a point of a facet by Newton's method from the middle, with the change
+/// that is to be made at some of them; none far beside the facet, or where they do not settle.
+fn approached(
+    shape: FacetShape,
+    nodes: &[[f64; 3]],
+    change: impl Fn([f64; 3], [f64; 3], [[f64; 3]; 2]) -> Option<[f64; 2]>,
+) -> Option<[f64; 3]> {
+    let (mut at, mut most) = (middle_of(shape), f64::INFINITY);
+    for _ in 0..ITERATIONS {
+        let (point, tangents, _) = frame(shape, &shape.shapes(at), nodes);
+        let step = change(at, point, tangents)?;
+        most = step[0].abs().max(step[1].abs());
+        let share = if most > 1.0 { 1.0 / most } else { 1.0 };
+        for (at, step) in at.iter_mut().zip(step) {
+            *at += share * step;
+        }
+        if at.iter().any(|x| x.abs() > FAR) || !most.is_finite() {
+            return None;
+        }
+        if most < SETTLED[0] {
+            break;
+        }
+    }
+    (most < SETTLED[1]).then_some(at)
+}
+
 /// The foot of a place on a facet with these places of its nodes; none far beside it.
 pub(super) fn foot(shape: FacetShape, nodes: &[[f64; 3]], place: [f64; 3]) -> Option<Foot> {
     let count = directions(shape);
-    let mut at = middle_of(shape);
-    for _ in 0..ITERATIONS {
-        let shapes = shape.shapes(at);
-        let (point, tangents, _) = frame(shape, &shapes, nodes);
+    let at = approached(shape, nodes, |at, point, tangents| {
         let from = minus(place, point);
         let bends = bends(shape, at, nodes);
-        let metric = |k: usize, l: usize| -> f64 {
-            if k < count && l < count {
-                dot(tangents[k], tangents[l])
-            } else {
-                0.0
-            }
-        };
-        let first: [[f64; 2]; 2] = std::array::from_fn(|k| std::array::from_fn(|l| metric(k, l)));
+        let first: [[f64; 2]; 2] =
+            std::array::from_fn(|k| std::array::from_fn(|l| dot(tangents[k], tangents[l])));
         let whole: [[f64; 2]; 2] =
             std::array::from_fn(|k| std::array::from_fn(|l| first[k][l] - dot(from, bends[k][l])));
         // Where the distance has no minimum near, along the tangents alone.
         let inverse = inverse(whole, count).or_else(|| inverse(first, count))?;
         let force = [dot(from, tangents[0]), dot(from, tangents[1])];
-        let mut most: f64 = 0.0;
-        let mut step = [0.0; 2];
-        for k in 0..count {
-            step[k] = inverse[k][0] * force[0] + inverse[k][1] * force[1];
-            most = most.max(step[k].abs());
-        }
-        let share = if most > 1.0 { 1.0 / most } else { 1.0 };
-        for k in 0..count {
-            at[k] += share * step[k];
-        }
-        if at.iter().any(|x| x.abs() > FAR) || !most.is_finite() {
-            return None;
-        }
-        if most < 1e-13 {
-            break;
-        }
-    }
+        Some(inverse.map(|row| row[0] * force[0] + row[1] * force[1]))
+    })?;
     let mut found = found(shape, nodes, (place, at));
     if found.overshoot == 0.0 {
         found.from_facet = found.distance.abs();
@@ -255,29 +260,11 @@ pub(super) fn seen(
     nodes: &[[f64; 3]],
     (place, ahead): ([f64; 3], [f64; 3]),
 ) -> Option<Foot> {
-    let count = directions(shape);
-    let mut at = middle_of(shape);
-    for _ in 0..ITERATIONS {
-        let (point, tangents, _) = frame(shape, &shape.shapes(at), nodes);
-        let duals = duals(tangents, ahead, count)?;
+    let at = approached(shape, nodes, |_, point, tangents| {
         let from = minus(place, point);
-        let mut most: f64 = 0.0;
-        let mut step = [0.0; 2];
-        for k in 0..count {
-            step[k] = dot(duals[k], from);
-            most = most.max(step[k].abs());
-        }
-        let share = if most > 1.0 { 1.0 / most } else { 1.0 };
-        for k in 0..count {
-            at[k] += share * step[k];
-        }
-        if at.iter().any(|x| x.abs() > FAR) || !most.is_finite() {
-            return None;
-        }
-        if most < 1e-13 {
-            break;
-        }
-    }
+        let duals = duals(tangents, ahead, directions(shape))?;
+        Some(duals.map(|dual| dot(dual, from)))
+    })?;
     let mut found = found(shape, nodes, (place, at));
     let (point, ..) = frame(shape, &found.shapes, nodes);
     found.distance = dot(minus(point, place), ahead);
@@ -309,6 +296,24 @@ mod tests {
                 }
             })
             .collect()
+    }
+
+    #[test]
+    fn a_line_that_passes_by_a_facet_meets_nothing() {
+        // Over the crest of a parabola: Newton's method goes to and fro on it without end.
+        let nodes = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.5, 0.0]];
+        let met = seen(
+            FacetShape::Line3,
+            &nodes,
+            ([1.2, 0.6, 0.0], [-0.96, 0.28, 0.0]),
+        );
+        assert!(met.is_none(), "{met:?}");
+        let met = seen(
+            FacetShape::Line3,
+            &nodes,
+            ([1.2, 0.4, 0.0], [-0.96, -0.28, 0.0]),
+        );
+        assert!(met.is_some_and(|foot| foot.overshoot == 0.0));
     }
 
     #[test]

@@ -71,24 +71,51 @@ pub(super) fn each_meeting(
     });
 }
 
-/// Friction at a point that touches a surface, with its height over its anchor along the normal,
-/// m; none before it has an anchor.
+/// Friction at a point that touches a surface.
+pub(super) struct Rubbing {
+    pub(super) friction: Friction,
+    /// Height of the point over its anchor along the normal, m.
+    height: f64,
+    /// Facet of the second surface that the anchor is on, with the shape functions there.
+    held: (usize, Vec<f64>),
+}
+
+/// Friction at a point that touches a surface; none before it has an anchor.
 pub(super) fn rub_surface(
     (tables, pair): (&PairTables, &SurfacePair),
     contact: &ContactState,
     point: &ContactPoint<'_>,
     meeting: &Meeting,
     places: &[[f64; 3]],
-) -> Option<(Friction, f64)> {
+) -> Option<Rubbing> {
     let anchor = contact
         .anchor(point.number)
         .filter(|_| pair.friction > 0.0)?;
     let facet = anchor.facet? as usize;
-    let held = tables.place_on(facet, anchor.place, places);
+    let (held, values) = tables.place_on(facet, anchor.place, places);
     let bound = pair.friction * meeting.pressure.max(0.0);
-    let height = dot(minus(point.place, held), meeting.gap.normal);
-    let rubbing = friction(&meeting.gap, point.place, held, pair.stiffness, bound);
-    Some((rubbing, height))
+    Some(Rubbing {
+        friction: friction(&meeting.gap, point.place, held, pair.stiffness, bound),
+        height: dot(minus(point.place, held), meeting.gap.normal),
+        held: (facet, values),
+    })
+}
+
+impl Rubbing {
+    /// Motion of the point of the second surface against the anchor: factors of the nodes of
+    /// both facets.
+    pub(super) fn parting<'t>(
+        &'t self,
+        tables: &'t PairTables,
+        meeting: &'t Meeting,
+    ) -> impl Iterator<Item = (u32, f64)> + 't {
+        let here = tables.second[meeting.facet].iter();
+        let there = tables.second[self.held.0].iter();
+        let here = here.zip(&meeting.foot.shapes.values);
+        let there = there.zip(&self.held.1);
+        here.map(|(&node, &value)| (node, value))
+            .chain(there.map(|(&node, &value)| (node, -value)))
+    }
 }
 
 impl Meeting {
@@ -219,14 +246,15 @@ impl Meeting {
             .collect()
     }
 
-    /// The same of friction at this distance from its anchor.
+    /// The same of friction.
     pub(super) fn friction_changes(
         &self,
         numbers: &[[Option<usize>; 2]],
         point: &ContactPoint<'_>,
-        (rubbing, height): (&Friction, f64),
+        rubbing: &Rubbing,
     ) -> Vec<Change> {
         let along = 0..self.directions;
+        let (rubbing, height) = (&rubbing.friction, rubbing.height);
         along
             .flat_map(|k| {
                 let own = self.raised[k];

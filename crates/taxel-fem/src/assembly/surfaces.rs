@@ -199,10 +199,17 @@ impl PairTables {
         self.covered.get(&pair).map(Vec::as_slice)
     }
 
-    /// Where a point of the second surface is, by its facet and reference coordinates.
-    pub(super) fn place_on(&self, facet: usize, at: [f64; 3], places: &[[f64; 3]]) -> [f64; 3] {
+    /// Where a point of the second surface is, by its facet and reference coordinates, and the
+    /// shape functions of the facet there.
+    pub(super) fn place_on(
+        &self,
+        facet: usize,
+        at: [f64; 3],
+        places: &[[f64; 3]],
+    ) -> ([f64; 3], Vec<f64>) {
         let nodes = Self::places(&self.second[facet], places);
-        frame(self.shapes[facet], &self.shapes[facet].shapes(at), &nodes).0
+        let shapes = self.shapes[facet].shapes(at);
+        (frame(self.shapes[facet], &shapes, &nodes).0, shapes.values)
     }
 
     /// The anchor at a place on the surface near the foot of a point: on the facet of the foot
