@@ -2,7 +2,7 @@
 
 use crate::error::Refused;
 use crate::mask::Mask;
-use crate::options::{Options, Polarity};
+use crate::options::Options;
 use crate::plan::Plan;
 use crate::rectangle::{Rectangle, lines};
 
@@ -44,14 +44,7 @@ pub(crate) fn drawn(plan: &Plan, options: &Options) -> Result<Vec<Drawn>, Refuse
                 allowed,
             });
         }
-        let inverted;
-        let mask = match options.polarity {
-            Polarity::AsDrawn => mask,
-            Polarity::Inverted => {
-                inverted = mask.inverted(&plan.field);
-                &inverted
-            }
-        };
+        let mask = mask.drawn(&plan.field, options.polarity);
         let corners = |all: &[Rectangle]| -> Result<Vec<_>, Refused> {
             all.iter().map(|figure| rounded(figure, options)).collect()
         };

@@ -1,5 +1,8 @@
 //! Figures of one step, and moulds.
 
+use std::borrow::Cow;
+
+use crate::options::Polarity;
 use crate::rectangle::{Rectangle, complement};
 use crate::relief::{Mesh, Relief};
 
@@ -29,18 +32,22 @@ impl Mask {
         self.figures.iter().map(Rectangle::area).sum()
     }
 
-    /// The field without the figures.
-    pub(crate) fn inverted(&self, field: &Rectangle) -> Self {
-        Self {
-            name: self.name,
-            figures: complement(field, &self.figures),
+    /// The mask as it is drawn in a field: the figures, or what they leave of it.
+    pub fn drawn(&self, field: &Rectangle, polarity: Polarity) -> Cow<'_, Self> {
+        match polarity {
+            Polarity::AsDrawn => Cow::Borrowed(self),
+            Polarity::Inverted => Cow::Owned(Self {
+                name: self.name,
+                figures: complement(field, &self.figures),
+            }),
         }
     }
 }
 
 impl Mould {
-    /// Its closed surface, m.
-    pub fn mesh(&self) -> Mesh {
-        self.relief.mesh()
+    /// Its closed surface, m, for a part that shrinks by the share `shrink` when it cures: larger
+    /// by 1/(1 - shrink).
+    pub fn mesh(&self, shrink: f64) -> Mesh {
+        self.relief.mesh().scaled(1.0 / (1.0 - shrink))
     }
 }

@@ -50,7 +50,7 @@ pub fn files(plan: &Plan, options: &Options, origin: &str) -> Result<Vec<File>, 
         ),
     ];
     for mould in &plan.moulds {
-        let mesh = mould.mesh().scaled(1.0 / (1.0 - options.shrink));
+        let mesh = mould.mesh(options.shrink);
         files.push(file(&format!("{}.stl", mould.name), stl(&mesh, origin)));
     }
     files.push(file("layers.csv", bill(&plan.layers).into_bytes()));

@@ -209,7 +209,7 @@ fn files_of_all_devices_have_the_areas_and_volumes_of_their_plans() {
                 }
             }
             for mould in &plan.moulds {
-                let mesh = mould.mesh();
+                let mesh = mould.mesh(0.0);
                 assert!(mesh.is_watertight(), "{name} {}", mould.name);
                 let found = stl_volume(&file(&written, &format!("{}.stl", mould.name)));
                 let factor = 1.0_f64 / (1.0 - shrink);
@@ -377,7 +377,7 @@ proptest! {
         let deep = 550e-6 + thickness;
         let block = (3.5e-3 + 6e-3) * (10e-3 + 6e-3) * (2e-3 + deep);
         let tray = block - body * deep + 2.0 * width * depth * thickness;
-        let mesh = plan.moulds[0].mesh();
+        let mesh = plan.moulds[0].mesh(0.0);
         prop_assert!(mesh.is_watertight());
         close("tray", mesh.volume(), tray, VOLUME);
         let written = files(&plan, &Options::default(), "test").unwrap();
@@ -411,7 +411,7 @@ proptest! {
         close("top", mask(&plan, "bump-top").area(), units * top * top, AREA);
         let frustum = height / 3.0 * (base * base + base * top + top * top);
         let wafer = field * (2e-3 + height) - units * frustum;
-        let mesh = plan.moulds[0].mesh();
+        let mesh = plan.moulds[0].mesh(0.0);
         prop_assert!(mesh.is_watertight());
         // The height is written to a picometre.
         close("wafer", mesh.volume(), wafer, VOLUME);
@@ -431,7 +431,7 @@ proptest! {
         let [x, y] = [columns as f64 * 4e-3, rows as f64 * 4e-3];
         let ring = (x + 6e-3) * (y + 6e-3) - x * y;
         for (mould, height) in plan.moulds.iter().zip([(1.0 - share) * 1.5e-3, share * 1.5e-3 + 0.127e-3]) {
-            let mesh = mould.mesh();
+            let mesh = mould.mesh(0.0);
             prop_assert!(mesh.is_watertight());
             close(mould.name, mesh.volume(), ring * height, VOLUME);
         }
@@ -452,7 +452,7 @@ proptest! {
         let ring = (x + 6e-3) * (y + 6e-3) - x * y;
         let volumes = [plate + areas[0] * 20e-6, plate + areas[1] * 20e-6, ring * 420e-6];
         for (mould, volume) in plan.moulds.iter().zip(volumes) {
-            let mesh = mould.mesh();
+            let mesh = mould.mesh(0.0);
             prop_assert!(mesh.is_watertight(), "{}", mould.name);
             close(mould.name, mesh.volume(), volume, VOLUME);
         }

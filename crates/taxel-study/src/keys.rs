@@ -73,6 +73,29 @@ impl KeyPath {
             })
     }
 
+    /// The list of which this path names a value that it does not have, and how many it has.
+    pub(crate) fn beyond(&self, document: &DocumentMut) -> Option<(String, usize)> {
+        let (mut item, mut list) = (document.as_item(), String::new());
+        for segment in &self.segments {
+            match segment {
+                Segment::Name(name) => {
+                    item = item.get(name.as_str())?;
+                    list += if list.is_empty() { "" } else { "." };
+                    list += name;
+                }
+                Segment::Index(index) => {
+                    let count = item.as_array()?.len();
+                    if *index >= count {
+                        return (count > 0).then_some((list, count));
+                    }
+                    item = item.get(*index)?;
+                    list += &format!("[{index}]");
+                }
+            }
+        }
+        None
+    }
+
     /// Puts `value` there, with the comments beside what was there; false where its table or
     /// list does not exist.
     pub fn set(&self, document: &mut DocumentMut, value: &Value) -> bool {
@@ -266,6 +289,9 @@ mod tests {
         }
         let expected = "a = 5 # one\n[b]\nc = [\"2 um\", \"4 mm\"]\nd = { e = 0.25 }\n";
         assert_eq!(document.to_string(), expected);
+        let beyond = |key| path(key).beyond(&document);
+        assert_eq!(beyond("b.c[2]"), Some(("b.c".into(), 2)));
+        assert_eq!(beyond("b.c[1]").or(beyond("a[0]")).or(beyond("x[0]")), None);
         for missing in ["x.y", "b.c[2]", "a.b", "b.c.d"] {
             assert!(
                 !path(missing).set(&mut document, &Value::from(1)),

@@ -38,8 +38,13 @@ pub struct Limit {
     pub within: Option<(f64, bool)>,
 }
 
-/// A size: SI, or a share of a value.
-fn size(bound: &Bound, exponents: Exponents) -> Result<(f64, bool), String> {
+/// A size: SI, or a share of a value; whether a share may stand here is `shares`.
+fn size(bound: &Bound, exponents: Exponents, shares: bool) -> Result<(f64, bool), String> {
+    let needed = if shares {
+        format!("{} or a percentage", exponents.name())
+    } else {
+        exponents.name()
+    };
     let found = match bound {
         Bound::Text(text) => match text.trim().strip_suffix('%') {
             Some(percent) => {
@@ -51,9 +56,8 @@ fn size(bound: &Bound, exponents: Exponents) -> Result<(f64, bool), String> {
                 Some((dimension, _, si)) if Exponents::of(dimension) == exponents => (si, false),
                 Some((dimension, _, _)) => {
                     return Err(format!(
-                        "\"{text}\" is {}; {} or a percentage is needed here",
-                        dimension.name,
-                        exponents.name()
+                        "\"{text}\" is {}; {needed} is needed here",
+                        dimension.name
                     ));
                 }
                 None => return Err(format!("\"{text}\" is neither a quantity nor a percentage")),
@@ -70,6 +74,18 @@ fn size(bound: &Bound, exponents: Exponents) -> Result<(f64, bool), String> {
     }
 }
 
+impl SpreadFile {
+    /// Key of the size.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            Self::Uniform(_) => "uniform",
+            Self::Normal(_) => "normal",
+            Self::Triangular(_) => "triangular",
+            Self::Lognormal(_) => "lognormal",
+        }
+    }
+}
+
 impl Spread {
     /// Reads a spread of a value of the dimension `exponents`.
     pub(crate) fn read(written: &SpreadFile, exponents: Exponents) -> Result<Self, String> {
@@ -79,7 +95,7 @@ impl Spread {
             SpreadFile::Triangular(bound) => (Shape::Triangular, bound),
             SpreadFile::Lognormal(bound) => (Shape::Lognormal, bound),
         };
-        let (size, relative) = size(bound, exponents)?;
+        let (size, relative) = size(bound, exponents, true)?;
         if size <= 0.0 {
             return Err(format!("a spread of {size} is not above zero"));
         }
@@ -130,25 +146,32 @@ impl Spread {
 
 impl Limit {
     /// Reads the limits of an answer of the dimension `exponents`.
-    pub(crate) fn read(written: &LimitFile, exponents: Exponents) -> Result<Self, String> {
-        let absolute = |bound: &Option<Bound>| match bound {
+    ///
+    /// # Errors
+    /// The key that is wrong, none if there is no limit, and a sentence.
+    pub(crate) fn read(
+        written: &LimitFile,
+        exponents: Exponents,
+    ) -> Result<Self, (Option<&'static str>, String)> {
+        let absolute = |key, bound: &Option<Bound>| match bound {
             None => Ok(None),
-            Some(bound) => match size(bound, exponents)? {
-                (value, false) => Ok(Some(value)),
-                (_, true) => Err(String::from("a percentage belongs to within")),
+            Some(bound) => match size(bound, exponents, false) {
+                Ok((value, false)) => Ok(Some(value)),
+                Ok((_, true)) => Err((Some(key), "a percentage belongs to within".into())),
+                Err(message) => Err((Some(key), message)),
             },
         };
-        let within = match &written.within {
-            None => None,
-            Some(bound) => Some(size(bound, exponents)?),
-        };
+        let within = written.within.as_ref();
+        let within = within.map(|bound| size(bound, exponents, true));
         let limit = Self {
-            at_most: absolute(&written.at_most)?,
-            at_least: absolute(&written.at_least)?,
-            within,
+            at_most: absolute("at_most", &written.at_most)?,
+            at_least: absolute("at_least", &written.at_least)?,
+            within: within
+                .transpose()
+                .map_err(|message| (Some("within"), message))?,
         };
         if limit == Self::default() {
-            return Err(String::from("no limit is given"));
+            return Err((None, String::from("no limit is given")));
         }
         Ok(limit)
     }

@@ -705,26 +705,42 @@ fn resolved(item: &toml_edit::Item) -> serde_json::Value {
     }
 }
 
+/// The keys that a misspelt one may have meant.
+fn near(key: &str, base: &DocumentMut) -> String {
+    format!("the nearest are: {}", nearest(key, &paths(base)).join(", "))
+}
+
 impl Reader<'_> {
     fn path(&self, at: &[&str], key: &str, base: &DocumentMut) -> Result<KeyPath, InputError> {
+        let sensor = &self.written.sensor;
         let wrong = || {
-            let near = nearest(key, &paths(base)).join(", ");
-            self.at(
-                at,
-                &format!(
-                    "\"{key}\" is no key of the sensor file {}",
-                    self.written.sensor
-                ),
-                &format!("the nearest are: {near}"),
-            )
+            let message = format!("\"{key}\" is no key of the sensor file {sensor}");
+            self.at(at, &message, &near(key, base))
         };
         let path = KeyPath::parse(key).ok_or_else(wrong)?;
+        if let Some((list, count)) = path.beyond(base) {
+            let message = format!("{list} has {count} values in the sensor file {sensor}");
+            let help = format!("give [0] to [{}]", count - 1);
+            return Err(self.at(at, &message, &help));
+        }
         // A key that is not there may be an optional one: its table must be.
         let mut trial = base.clone();
         if path.find(base).is_none() && !path.set(&mut trial, &Value::from(0)) {
             return Err(wrong());
         }
         Ok(path)
+    }
+
+    /// A spread of a key of which the sensor file has no number, which is most often misspelt.
+    fn nothing_drawn(&self, name: &str, base: &DocumentMut) -> InputError {
+        let key = self.written.variables[name].key.as_deref();
+        let key = key.unwrap_or_default();
+        let message = format!(
+            "the sensor file {} has no number at \"{key}\" that could spread",
+            self.written.sensor
+        );
+        let help = format!("{}; or give range = [least, greatest]", near(key, base));
+        self.at(&["variables", name, "key"], &message, &help)
     }
 
     fn apply_set(&self, base: &mut DocumentMut) -> Result<(), InputError> {
@@ -840,7 +856,8 @@ impl Reader<'_> {
             }
             (None, None) => match (form(&key), &written.spread) {
                 (Some(form), Some(_)) => Values::Drawn(form),
-                _ => {
+                (None, Some(_)) => return Err(self.nothing_drawn(name, base)),
+                (_, None) => {
                     return at(
                         "key",
                         "neither range nor values are given",
@@ -882,7 +899,8 @@ impl Reader<'_> {
                 let found = Spread::read(spread, exponents_of(form));
                 Some(found.map_err(|message| {
                     let help = "such as spread = { uniform = \"3.5 %\" }";
-                    self.at(&["variables", name, "spread"], &message, help)
+                    let path = ["variables", name, "spread", spread.key()];
+                    self.at(&path, &message, help)
                 })?)
             }
         };
@@ -1209,8 +1227,12 @@ impl Reader<'_> {
                 return Err(self.at(&at, "this answer is a word", "limit a number"));
             }
             let exponents = Exponents::of_key(answer.column.si).unwrap_or(NONE);
-            let limit = Limit::read(&self.written.tolerance.limits[&name], exponents)
-                .map_err(|message| self.at(&at, &message, "such as { within = \"5 %\" }"))?;
+            let limit = Limit::read(&self.written.tolerance.limits[&name], exponents).map_err(
+                |(key, message)| {
+                    let path: Vec<&str> = at.into_iter().chain(key).collect();
+                    self.at(&path, &message, "such as { within = \"5 %\" }")
+                },
+            )?;
             limits.push((index, limit));
         }
         for (first, second, coefficient) in &self.written.tolerance.correlation {

@@ -14,7 +14,13 @@ const GAP: &str = "element.in_plane_capacitor.electrodes.gap";
 /// The shipped study of P1 with one text replaced, and what its message marks and says.
 #[track_caller]
 fn wrong(from: &str, to: &str, marked: &str, says: &str) {
-    let text = taxel_study::shipped_text("p1-resolution").unwrap();
+    wrong_of("p1-resolution", from, to, marked, says);
+}
+
+/// As [`wrong`], of any shipped study.
+#[track_caller]
+fn wrong_of(study: &str, from: &str, to: &str, marked: &str, says: &str) {
+    let text = taxel_study::shipped_text(study).unwrap();
     assert!(text.contains(from), "{from}");
     let error = read(&text.replacen(from, to, 1)).map(|_| ()).unwrap_err();
     let place = error
@@ -164,6 +170,32 @@ fn every_mistake_of_what_is_asked_is_marked_under_the_word() {
         "\"taxel\"",
         "one value for all taxels",
     );
+}
+
+#[test]
+fn mistakes_of_spreads_and_limits_are_marked_under_the_word() {
+    let mark = |from: &str, to: &str, marked: &str, says: &str| {
+        wrong_of("p2-tolerance", from, to, marked, says);
+    };
+    let air = "\"element.three_axis_capacitor.plates.air_gap\"";
+    let misspelt = air.replace("air_gap", "airgap");
+    mark(air, &misspelt, &misspelt, "has no number at");
+    mark(air, &misspelt, &misspelt, &air[1..air.len() - 1]);
+    let stiffness = "\"element.three_axis_capacitor.suspension.stiffness[2]\"";
+    let beyond = stiffness.replace("[2]", "[3]");
+    mark(stiffness, &beyond, &beyond, "has 3 values");
+    mark(stiffness, &beyond, &beyond, "give [0] to [2]");
+    mark(
+        "\"7 %\"",
+        "\"7 kPa\"",
+        "\"7 kPa\"",
+        "a length or a percentage",
+    );
+    mark("\"7 %\"", "\"-7 %\"", "\"-7 %\"", "not above zero");
+    mark("\"3 %\"", "\"3 um\"", "\"3 um\"", "or a percentage");
+    let at_most = "at_most = \"3 %\"";
+    mark("within = \"3 %\"", at_most, "\"3 %\"", "belongs to within");
+    mark("within = \"3 %\"", "", "sensitivity_z", "no limit");
 }
 
 #[test]

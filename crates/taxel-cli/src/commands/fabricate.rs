@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let mut about = named.about();
     let missing = plan.missing.iter().map(String::as_str).map(Value::from);
     about.insert("not_in_the_sensor_file".into(), missing.collect());
-    let (columns, rows) = summary(&plan);
+    let (columns, rows) = summary(&plan, &options);
     let mut text = table::render(arguments.format.into(), &about, &columns, &rows);
     if arguments.format == crate::arguments::Format::Table {
         text.push_str("\nNot in the sensor file, and so not drawn:\n");
@@ -53,8 +53,8 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     outputs::print(&text)
 }
 
-/// One row for each mask, mould and table.
-fn summary(plan: &Plan) -> (Vec<Column>, Vec<Vec<Cell>>) {
+/// One row for each mask, mould and table, with areas and volumes as the files have them.
+fn summary(plan: &Plan, options: &Options) -> (Vec<Column>, Vec<Vec<Cell>>) {
     let columns = vec![
         Column::plain("what"),
         Column::plain("file"),
@@ -64,6 +64,7 @@ fn summary(plan: &Plan) -> (Vec<Column>, Vec<Vec<Cell>>) {
     ];
     let none = || Cell::from("");
     let masks = plan.masks.iter().map(|mask| {
+        let mask = mask.drawn(&plan.field, options.polarity);
         vec![
             mask.name.into(),
             "masks.dxf, masks.gds".into(),
@@ -78,7 +79,7 @@ fn summary(plan: &Plan) -> (Vec<Column>, Vec<Vec<Cell>>) {
             format!("{}.stl", mould.name).into(),
             none(),
             none(),
-            mould.mesh().volume().into(),
+            mould.mesh(options.shrink).volume().into(),
         ]
     });
     let layers = vec![

@@ -61,11 +61,21 @@ fn the_summary_names_files_and_what_is_not_drawn() {
 
     let message = refused(&arguments);
     assert!(message.contains("--force"), "{message}");
-    let json = done(&[&arguments[..], &["--force", "--format", "json"]].concat());
-    let json: Value = serde_json::from_str(&json).unwrap();
-    let area = json["rows"][0]["area_m2"].as_f64().unwrap();
+    let summary = |more: &[&str]| -> Value {
+        let json = done(&[&arguments[..], &["--force", "--format", "json"], more].concat());
+        serde_json::from_str(&json).unwrap()
+    };
+    let number = |json: &Value, row: usize, key: &str| json["rows"][row][key].as_f64().unwrap();
+    let json = summary(&[]);
+    let area = number(&json, 0, "area_m2");
     assert!((area - 20e-6).abs() < 1e-14, "{area}");
     assert!(json["not_in_the_sensor_file"].as_array().unwrap().len() >= 3);
+    // What is printed is what the files have: 35 mm² without the electrodes, and a larger mould.
+    let made = summary(&["--polarity", "inverted", "--shrink", "1.5 %"]);
+    let area = number(&made, 0, "area_m2");
+    assert!((area - 15e-6).abs() < 1e-14, "{area}");
+    let larger = number(&made, 2, "volume_m3") / number(&json, 2, "volume_m3");
+    assert!((larger * 0.985_f64.powi(3) - 1.0).abs() < 1e-12, "{larger}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::Solvable;
 use super::checks::{self, Broken, SAME_LENGTH, micrometres, require, rounded_down};
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
@@ -65,6 +66,22 @@ pub struct GapScatter {
 /// Largest scatter of a piece, in standard deviations.
 pub(crate) const MOST_SCATTER: f64 = 3.0;
 
+impl Solvable for InPlaneCapacitor {
+    fn solve(
+        &mut self,
+        pitch: [f64; 2],
+        table: Option<(&str, &str)>,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        self.table = OfDrawing(None);
+        self.check(pitch)?;
+        match table {
+            Some((name, text)) => self.take_table(name, text),
+            None => self.solve_section(solutions),
+        }
+    }
+}
+
 impl InPlaneCapacitor {
     /// The model of one taxel as drawn.
     pub fn model(&self) -> InPlaneModel {
@@ -84,14 +101,13 @@ impl InPlaneCapacitor {
     ///
     /// # Errors
     /// A law that no table has, a text that is none, and the table of another drawing.
-    pub(super) fn take_table(&mut self, name: &str, text: &str) -> Result<(), Broken> {
+    fn take_table(&mut self, name: &str, text: &str) -> Result<(), Broken> {
         require(
             self.law == CapacitanceLaw::Mechanics,
             &key("law"),
             || "the published law has its own thinning and fringe, and takes no table".into(),
             "write law = \"mechanics\", or leave mechanics = { table = … } out",
         )?;
-        self.table = OfDrawing(None);
         let mut model = self.model();
         model
             .take_table(text)
@@ -100,16 +116,11 @@ impl InPlaneCapacitor {
         Ok(())
     }
 
-    /// Goes back to closed forms.
-    pub(super) fn leave_table(&mut self) {
-        self.table = OfDrawing(None);
-    }
-
     /// Solves the cross-section if a table that it needs does not have it.
     ///
     /// # Errors
     /// The key of a drawing that has no solution.
-    pub(super) fn solve(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
+    fn solve_section(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
         self.solved = OfDrawing(None);
         let mut model = self.model();
         // A calibration may have found another gap; the drawn one is solved.
@@ -126,7 +137,7 @@ impl InPlaneCapacitor {
     ///
     /// # Errors
     /// The first broken rule, shown at its key.
-    pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+    fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
         let (layer, electrodes) = (&self.layer, &self.electrodes);
         let top = electrodes.height + electrodes.thickness;
         require(

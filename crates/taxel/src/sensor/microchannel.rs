@@ -5,6 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::Solvable;
 use super::checks::{self, Broken, SAME_LENGTH, micrometres, require};
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
@@ -165,6 +166,22 @@ pub struct PlaneStrainCell {
     pub thickness: f64,
 }
 
+impl Solvable for Microchannel {
+    fn solve(
+        &mut self,
+        pitch: [f64; 2],
+        table: Option<(&str, &str)>,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        self.table = OfDrawing(None);
+        match table {
+            Some((name, text)) => self.take_table(pitch, name, text)?,
+            None => self.solve_cells(pitch, solutions)?,
+        }
+        self.check(pitch)
+    }
+}
+
 impl Microchannel {
     /// Cross-section at rest.
     pub fn section(&self) -> MicrochannelSection {
@@ -309,13 +326,7 @@ impl Microchannel {
     ///
     /// # Errors
     /// A drawing that has no table, a text that is none, and the table of another drawing.
-    pub(super) fn take_table(
-        &mut self,
-        pitch: [f64; 2],
-        name: &str,
-        text: &str,
-    ) -> Result<(), Broken> {
-        self.table = OfDrawing(None);
+    fn take_table(&mut self, pitch: [f64; 2], name: &str, text: &str) -> Result<(), Broken> {
         let drawn = self
             .drawn_layers(pitch)
             .map_err(|message| Broken::new("mechanics.table", message, "leave mechanics out"))?;
@@ -326,16 +337,11 @@ impl Microchannel {
         Ok(())
     }
 
-    /// Goes back to the closing curves of the file.
-    pub(super) fn leave_table(&mut self) {
-        self.table = OfDrawing(None);
-    }
-
     /// Solves the cells that no table has.
     ///
     /// # Errors
     /// The key of a layer whose cell makes no sense or has no solution.
-    pub(super) fn solve(
+    fn solve_cells(
         &mut self,
         pitch: [f64; 2],
         solutions: &mut dyn Solutions,
@@ -375,7 +381,7 @@ impl Microchannel {
     ///
     /// # Errors
     /// The first broken rule, shown at its key.
-    pub(super) fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
+    fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
         require(
             self.section.shape == SectionShape::Rectangle || self.liquid.initial_pressure.is_none(),
             "element.microchannel.liquid.initial_pressure",

@@ -222,6 +222,32 @@ pub struct NoModel {
     pub element: &'static str,
 }
 
+/// An element of whose drawing fast forms are solved, or read from a table that
+/// the sensor file names.
+trait Solvable {
+    /// Checks the drawing, and takes `table` (its name and text) or goes back to the fast
+    /// forms and solves what no shipped table has; `pitch` is that of the array, m.
+    ///
+    /// # Errors
+    /// The key of a part that has no solution, no model or not this table.
+    fn solve(
+        &mut self,
+        pitch: [f64; 2],
+        table: Option<(&str, &str)>,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken>;
+}
+
+/// Refuses the table of an element, by its key, that has no load path.
+fn no_table(key: &str, named: bool) -> Result<(), Broken> {
+    require(
+        !named,
+        "mechanics.table",
+        || format!("an array with the element `{key}` takes no table"),
+        "leave mechanics out: tables are of an in_plane_capacitor or a microchannel",
+    )
+}
+
 impl Element {
     /// Name of the shipped script that shows the element in use.
     pub fn usual_script(&self) -> &'static str {
@@ -235,9 +261,14 @@ impl Element {
         }
     }
 
-    /// True if its load path can be tabulated.
-    fn has_path(&self) -> bool {
-        matches!(self, Self::InPlaneCapacitor(_) | Self::Microchannel(_))
+    /// The kinds that are solved.
+    fn solvable(&mut self) -> Option<&mut dyn Solvable> {
+        match self {
+            Self::ThreeAxisCapacitor(element) => Some(element.as_mut()),
+            Self::InPlaneCapacitor(element) => Some(element.as_mut()),
+            Self::Microchannel(element) => Some(element.as_mut()),
+            _ => None,
+        }
     }
 
     /// Key of the element in a sensor file.
@@ -260,52 +291,22 @@ impl Sensor {
     /// # Errors
     /// The key of a part that has no solution or no model.
     pub(crate) fn solve(&mut self, solutions: &mut dyn Solutions) -> Result<(), Broken> {
-        let pitch = self.array.pitch;
-        let table = match &self.mechanics {
-            Mechanics::Table(name) if self.element.has_path() => {
-                let text = solutions.table(name).map_err(|message| {
-                    let help = "give a file that taxel tabulate wrote; its name is relative to the sensor file";
-                    Broken::new("mechanics.table", message, help)
-                })?;
-                Some((name.as_str(), text))
-            }
+        let key = self.element.key();
+        let named = match &self.mechanics {
+            Mechanics::Table(name) => Some(name.as_str()),
             _ => None,
         };
-        match (&mut self.element, table) {
-            (Element::Microchannel(element), None) => {
-                element.solve(pitch, solutions)?;
-                element.check(pitch)
-            }
-            (Element::Microchannel(element), Some((name, text))) => {
-                element.take_table(pitch, name, &text)?;
-                element.check(pitch)
-            }
-            (Element::ThreeAxisCapacitor(element), _) => element.solve(&self.array, solutions),
-            (Element::InPlaneCapacitor(element), table) => {
-                element.check(pitch)?;
-                match table {
-                    Some((name, text)) => element.take_table(name, &text),
-                    None => element.solve(solutions),
-                }
-            }
-            _ => Ok(()),
-        }
-        .and_then(|()| self.check_mechanics())
-    }
-
-    /// A table is of an element whose load path can be tabulated.
-    fn check_mechanics(&self) -> Result<(), Broken> {
-        require(
-            !matches!(self.mechanics, Mechanics::Table(_)) || self.element.has_path(),
-            "mechanics.table",
-            || {
-                format!(
-                    "an array with the element `{}` takes no table",
-                    self.element.key()
-                )
-            },
-            "leave mechanics out: tables are of an in_plane_capacitor or a microchannel",
-        )
+        let Some(element) = self.element.solvable() else {
+            return no_table(key, named.is_some());
+        };
+        let text = named.map(|name| solutions.table(name)).transpose();
+        let text = text.map_err(|message| {
+            let help =
+                "give a file that taxel tabulate wrote; its name is relative to the sensor file";
+            Broken::new("mechanics.table", message, help)
+        })?;
+        let table = named.zip(text.as_deref());
+        element.solve(self.array.pitch, table, solutions)
     }
 
     /// The same sensor by closed forms where its file names a table; what they need of the drawing
@@ -316,11 +317,6 @@ impl Sensor {
     pub fn by_closed_forms(&self, solutions: &mut dyn Solutions) -> Result<Self, String> {
         let mut sensor = self.clone();
         sensor.mechanics = Mechanics::ClosedForm;
-        match &mut sensor.element {
-            Element::InPlaneCapacitor(element) => element.leave_table(),
-            Element::Microchannel(element) => element.leave_table(),
-            _ => {}
-        }
         sensor
             .solve(solutions)
             .map_err(|broken| broken.to_string())?;

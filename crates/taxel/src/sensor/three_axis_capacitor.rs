@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::checks::Broken;
+use super::{Solvable, no_table};
 use crate::layout::{ArrayDescription, Mount};
 use crate::mechanics::{
     BentGap, ForceHysteresis, RelaxationTerm, SolvedStiffness, SuspensionDescription, UnitDrawing,
@@ -104,37 +105,16 @@ pub struct Outline {
     pub electrode_thickness: f64,
 }
 
-impl ThreeAxisCapacitor {
-    /// The model of one unit of an array.
-    ///
-    /// What does not follow from the drawing is left out; the check of a sensor file refuses
-    /// such drawings.
-    pub fn unit_model(&self, array: &ArrayDescription) -> UnitModel {
-        let typed_in = || self.suspension.typed_in();
-        let edges = self.edge_drawing(array).edges().ok();
-        let mut plates = self.plates.model(edges);
-        if let Some(bent) = self.bent(array) {
-            for air in &mut plates.air_gap {
-                *air -= bent.closing;
-            }
-        }
-        let unit = self.unit_drawing(array);
-        UnitModel {
-            suspension: self.suspension.model(&unit).unwrap_or_else(|_| typed_in()),
-            plates,
-        }
-    }
-
+impl Solvable for ThreeAxisCapacitor {
     /// Solves the unit where its stiffness is to follow from a drawing that no table has.
-    ///
-    /// # Errors
-    /// The drawing has no solution.
-    pub(super) fn solve(
+    fn solve(
         &mut self,
-        array: &ArrayDescription,
+        pitch: [f64; 2],
+        table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
-        let drawing = self.unit_drawing(array);
+        no_table("three_axis_capacitor", table.is_some())?;
+        let drawing = self.unit_drawing(pitch);
         // The rules between keys say what makes no unit.
         let beside = drawing.is_unit() && drawing.compliance().is_err();
         if self.suspension.from_drawing.is_none() || !beside {
@@ -153,6 +133,28 @@ impl ThreeAxisCapacitor {
         }
         Ok(())
     }
+}
+
+impl ThreeAxisCapacitor {
+    /// The model of one unit of an array.
+    ///
+    /// What does not follow from the drawing is left out; the check of a sensor file refuses
+    /// such drawings.
+    pub fn unit_model(&self, array: &ArrayDescription) -> UnitModel {
+        let typed_in = || self.suspension.typed_in();
+        let edges = self.edge_drawing(array).edges().ok();
+        let mut plates = self.plates.model(edges);
+        if let Some(bent) = self.bent(array) {
+            for air in &mut plates.air_gap {
+                *air -= bent.closing;
+            }
+        }
+        let unit = self.unit_drawing(array.pitch);
+        UnitModel {
+            suspension: self.suspension.model(&unit).unwrap_or_else(|_| typed_in()),
+            plates,
+        }
+    }
 
     /// What the mount does to the air gaps; `None` on a plane, without the plane that is not
     /// stretched, and for a drawing that was not solved.
@@ -161,7 +163,7 @@ impl ThreeAxisCapacitor {
             return None;
         };
         let plane = cylinder.unstretched_plane?;
-        self.unit_drawing(array)
+        self.unit_drawing(array.pitch)
             .bent(array.pitch[0], cylinder.radius, plane)
     }
 
@@ -221,7 +223,7 @@ impl ThreeAxisCapacitor {
     }
 
     /// The lengths that the stiffness of a unit follows from.
-    pub fn unit_drawing(&self, array: &ArrayDescription) -> UnitDrawing {
+    pub fn unit_drawing(&self, pitch: [f64; 2]) -> UnitDrawing {
         let (plates, outline) = (&self.plates, &self.outline);
         UnitDrawing {
             electrode: plates.electrode[0],
@@ -237,7 +239,7 @@ impl ThreeAxisCapacitor {
             bump_top: outline.bump_top,
             air_gap: plates.air_gap.into_iter().sum::<f64>() / 4.0,
             insulation: plates.insulation,
-            pitch: array.pitch[0],
+            pitch: pitch[0],
         }
     }
 

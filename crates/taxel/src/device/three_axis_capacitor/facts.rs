@@ -488,7 +488,7 @@ fn bending(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "array.mount.cylinder",
         )];
     }
-    let unit = element.unit_drawing(drawn);
+    let unit = element.unit_drawing(drawn.pitch);
     let plane = |height: f64| unit.bent(drawn.pitch[0], cylinder.radius, height);
     let bottom = -(unit.lower_layer + unit.insulation + unit.air_gap);
     let mut facts = vec![fact(

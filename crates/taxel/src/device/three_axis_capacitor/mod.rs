@@ -64,7 +64,7 @@ impl<'a> ThreeAxisArray<'a> {
 
     /// The lengths that the stiffness of a unit follows from.
     pub fn unit_drawing(&self) -> UnitDrawing {
-        self.element.unit_drawing(&self.sensor.array)
+        self.element.unit_drawing(self.sensor.array.pitch)
     }
 
     /// The lengths that the edges of the electrodes follow from.
