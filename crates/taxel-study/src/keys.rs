@@ -89,7 +89,7 @@ impl KeyPath {
                         return (count > 0).then_some((list, count));
                     }
                     item = item.get(*index)?;
-                    list += &format!("[{index}]");
+                    list = format!("{list}[{index}]");
                 }
             }
         }
