@@ -422,8 +422,15 @@ impl InPlaneModel {
         let change = |e: f64| self.respond(e).map_or(f64::NAN, |state| state.change);
         let range = roots::one_to_one(self.largest_compression(), change);
         let turning = range.first_maximum.zip(range.later_minimum);
+        let place = |k: usize| range.end * k as f64 / BRACKETS as f64;
+        let mut places: Vec<[f64; 2]> = (0..=BRACKETS)
+            .map(|k| [change(place(k)), place(k)])
+            .collect();
+        // One-to-one curves rise; rounding of flat ones may not.
+        places.dedup_by(|after, before| after[0] <= before[0]);
         Ok(InPlaneInverse {
             model: self.clone(),
+            places,
             last: self.respond(range.end)?,
             turning: turning.map(|(maximum, minimum)| Turning { maximum, minimum }),
         })
@@ -434,9 +441,15 @@ impl InPlaneModel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct InPlaneInverse {
     model: InPlaneModel,
+    /// Changes, F, and compressions between which a reading is looked for; rising.
+    places: Vec<[f64; 2]>,
     last: InPlaneState,
     turning: Option<Turning>,
 }
+
+/// Parts of the range in which a compression is looked for: with these a search takes a third of
+/// the steps.
+const BRACKETS: usize = 64;
 
 impl InPlaneInverse {
     /// The model that is inverted.
@@ -500,7 +513,12 @@ impl InPlaneInverse {
             let state = self.model.respond(e);
             state.map_or(f64::NAN, |state| state.change) - change
         };
-        self.model
-            .respond(roots::ridders([0.0, compression], misfit))
+        let above = self.places.partition_point(|[known, _]| *known < change);
+        let place = |at: Option<&[f64; 2]>, end: f64| at.map_or(end, |[_, place]| *place);
+        let bracket = [
+            place(above.checked_sub(1).and_then(|k| self.places.get(k)), 0.0),
+            place(self.places.get(above), compression),
+        ];
+        self.model.respond(roots::ridders(bracket, misfit))
     }
 }
