@@ -333,11 +333,10 @@ impl Case {
 impl Cases {
     /// True for the lengths of a solved case, um.
     fn has(&self, lengths: &[f64; VARIED.len()]) -> bool {
-        let same = |case: &&Case| {
-            let pairs = case.lengths.iter().zip(lengths);
-            pairs.fold(true, |same, (a, b)| same && (a / b - 1.0).abs() < ROUNDING)
-        };
-        self.others.iter().any(|case| same(&case))
+        self.others.iter().any(|case| {
+            let mut pairs = case.lengths.iter().zip(lengths);
+            pairs.all(|(a, b)| (a / b - 1.0).abs() < ROUNDING)
+        })
     }
 
     /// The answers of the table for lengths in um.
