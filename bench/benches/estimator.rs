@@ -5,6 +5,9 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use taxel::acquisition::Frame;
 use taxel::estimation::{SearchOptions, estimate_unit};
+use taxel::sensor::Sensor;
+use taxel::solutions::{Question, Solutions};
+use taxel::transduction::TableOptions;
 use taxel_bench::Scene;
 
 /// The taxel under the finger.
@@ -61,5 +64,47 @@ fn one_unit(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, whole_frames, one_unit);
+/// Whole frames of sensors that are read by one curve a channel, pressed on all taxels, by the
+/// closed form and by the table of the solved drawing.
+fn looked_up(criterion: &mut Criterion) {
+    for (name, force) in [("in-plane-50um", 10.0), ("liquid-metal-2x4", 1.0)] {
+        // 64 taxels where there is one.
+        let text = Sensor::shipped_text(name).expect("is shipped");
+        let text = text.replacen("rows = 1\ncolumns = 1", "rows = 8\ncolumns = 8", 1);
+        let drawn = Sensor::parse(name, &text).expect("another size of array");
+        let device = drawn.device().expect("a device");
+        let table = device.tabulate(&TableOptions::default(), "bench", &mut |_| {});
+        let table = table.expect("a shipped drawing is solved").text();
+        let key = "\nmechanics = { table = \"path.json\" }\n\n[array]";
+        let text = text.replacen("\n[array]", key, 1);
+        let tabulated = Sensor::parse_with(name, &text, &mut OneTable(&table));
+        for (how, sensor) in [
+            ("closed form", &drawn),
+            ("table", &tabulated.expect("its own table")),
+        ] {
+            let mut scene = Scene::pressed_everywhere(sensor, force);
+            let taxels = sensor.array.rows * sensor.array.columns;
+            let pressed = scene.pressed.clone();
+            let name = format!("frame of {taxels} taxels, {name}, {how}");
+            frames(criterion, &name, &mut scene, &pressed);
+        }
+    }
+}
+
+/// The folder of one table.
+struct OneTable<'t>(&'t str);
+
+impl Solutions for OneTable<'_> {
+    fn kept(&mut self, _: &Question) -> Option<String> {
+        None
+    }
+
+    fn keep(&mut self, _: &Question, _: &str) {}
+
+    fn table(&mut self, _: &str) -> Result<String, String> {
+        Ok(self.0.to_owned())
+    }
+}
+
+criterion_group!(benches, whole_frames, one_unit, looked_up);
 criterion_main!(benches);

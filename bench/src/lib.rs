@@ -55,15 +55,41 @@ impl Scene {
         let options = ThreeAxisOptions::default();
         let reader = ThreeAxisReader::new(calibration, Quantity::Counts, options);
         let reader = reader.expect("the array gives counts");
-        let mut estimator = ArrayEstimator::new(Box::new(reader));
+        Self::after_rest(ArrayEstimator::new(Box::new(reader)), &mut twin)
+    }
+
+    fn after_rest(mut estimator: ArrayEstimator, twin: &mut Twin) -> Self {
         estimator.begin_rest_capture(REST_FRAMES);
         let mut scene = Self {
             estimator,
             rest: Vec::new(),
             pressed: Vec::new(),
         };
-        scene.run(&mut twin);
+        scene.run(twin);
         scene
+    }
+
+    /// The scene on an array all of whose taxels are pressed with one force, N, from 6 s on.
+    ///
+    /// # Panics
+    /// When the array has no estimator of frames.
+    #[must_use]
+    pub fn pressed_everywhere(sensor: &Sensor, force: f64) -> Self {
+        let mut script = String::from("schema = 1\nname = \"all\"\nduration = \"8 s\"\n");
+        for row in 0..sensor.array.rows {
+            for column in 0..sensor.array.columns {
+                script += &format!(
+                    "[[probe]]\ntaxel = [{row}, {column}]\npath = [\n\
+                     {{ time = \"4 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
+                     {{ time = \"5 s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n]\n"
+                );
+            }
+        }
+        let stimulus = Stimulus::parse("all", &script).expect("one probe a taxel");
+        let mut twin = Twin::new(sensor, &stimulus, 1).expect("the script fits the array");
+        let device = sensor.device().expect("a device");
+        let reader = device.reader(twin.stream()).expect("its own frames");
+        Self::after_rest(ArrayEstimator::new(reader), &mut twin)
     }
 
     /// The calibration after the rest capture.
@@ -99,7 +125,7 @@ impl Scene {
                 return;
             }
             if self.estimator.capturing() {
-                let (_, captured) = self.estimator.push(&frame).expect("four channels a taxel");
+                let (_, captured) = self.estimator.push(&frame).expect("frames of this sensor");
                 assert!(!matches!(captured, Some(Err(_))), "the twin is at rest");
             } else if PRESSED.contains(&time) {
                 self.pressed.push(frame);

@@ -136,10 +136,10 @@ fn unit_measurement(ours: &mut Ours, array: &ThreeAxisArray<'_>, drawn: &ThreeAx
     let unit = drawn.unit_model();
     let plates = &unit.plates;
     let femtofarad = unit.rest()[0] * 1e15;
-    let Ok(surroundings) = drawn.edge_drawing().surroundings() else {
+    let Ok(edges) = drawn.edges() else {
         return;
     };
-    let interval = surroundings.map(|edges| {
+    let interval = edges.surroundings.map(|edges| {
         let edges = edges.parallel(plates.electrode, plates.air_gap[0]);
         (plates.plate_capacitance(0) + edges) * 1e15
     });

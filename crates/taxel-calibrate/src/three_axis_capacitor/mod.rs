@@ -114,7 +114,7 @@ const TRIES: usize = 20;
 fn beside_edges(array: &ThreeAxisArray<'_>) -> Option<[f64; 2]> {
     let plates = array.unit_model().plates;
     let drawn = plates.edge_capacitance(0)?;
-    let surroundings = array.edge_drawing().surroundings().ok()?;
+    let surroundings = array.edges().ok()?.surroundings;
     let of = |edges: TileEdges| edges.parallel(plates.electrode, plates.air_gap[0]) - drawn;
     Some(surroundings.map(of))
 }

@@ -68,7 +68,7 @@ fn surroundings(sensor: &Sensor) -> Option<[f64; 2]> {
     let array = sensor.three_axis().ok()?;
     let plates = array.unit_model().plates;
     let drawn = plates.edge_capacitance(0)?;
-    let limits = array.edge_drawing().surroundings().ok()?;
+    let limits = array.edges().ok()?.surroundings;
     Some(limits.map(|edges| edges.parallel(plates.electrode, plates.air_gap[0]) - drawn))
 }
 

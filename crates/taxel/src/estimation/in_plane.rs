@@ -12,7 +12,7 @@ use crate::acquisition::Quantity;
 use crate::calibration::InPlaneCalibration;
 use crate::mechanics::LoadHistory;
 use crate::signal::NumberScale;
-use crate::transduction::{InPlaneError, InPlaneInverse, InPlaneModel};
+use crate::transduction::{ForceCurve, InPlaneError, InPlaneModel};
 
 /// A reading below this share of the least capacitance of the model, or above
 /// its reciprocal times the rest value, is no capacitor.
@@ -30,7 +30,7 @@ pub const CONTACT_SHARE: f64 = 0.01;
 pub struct InPlaneReader {
     drawn: InPlaneCalibration,
     calibration: InPlaneCalibration,
-    inverses: Vec<InPlaneInverse>,
+    curves: Vec<ForceCurve>,
     /// Numbers of a frame to capacitances.
     scale: NumberScale,
     meaning: Meaning,
@@ -59,18 +59,26 @@ impl InPlaneReader {
         quantity: Quantity,
     ) -> Result<Self, InPlaneReaderError> {
         let scale = capacitor_scale(calibration.channel, &calibration.unit, quantity)?;
-        let models = calibration.models.iter();
-        let inverses: Vec<_> = models
-            .map(InPlaneModel::inverse)
-            .collect::<Result<_, _>>()?;
+        let mut curves: Vec<ForceCurve> = Vec::with_capacity(calibration.models.len());
+        for model in &calibration.models {
+            // As drawn, all taxels are alike.
+            let alike = curves
+                .last()
+                .filter(|curve| curve.inverse().model() == model);
+            let curve = match alike {
+                Some(curve) => curve.clone(),
+                None => ForceCurve::new(model.inverse()?),
+            };
+            curves.push(curve);
+        }
         let channels = calibration.deviation.iter().zip(&calibration.masked);
         Ok(Self {
             channels: channels
                 .map(|(sigma, masked)| capacitor_facts(&scale, *sigma, *masked))
                 .collect(),
             histories: vec![LoadHistory::default(); calibration.layout.taxels()],
-            meaning: meaning(&calibration, &inverses),
-            inverses,
+            meaning: meaning(&calibration, &curves),
+            curves,
             drawn: calibration.clone(),
             calibration,
             scale,
@@ -149,7 +157,7 @@ impl Reader for InPlaneReader {
                 ChannelState::Ok | ChannelState::Closed => {
                     let noise = known.noise[taxel];
                     let loading = estimated(
-                        &self.inverses[taxel],
+                        &self.curves[taxel],
                         capacitance - known.drift(taxel),
                         (noise * noise + known.drift_variance(taxel)).sqrt(),
                     );
@@ -189,7 +197,7 @@ impl Reader for InPlaneReader {
                     Err(_) => continue,
                 },
             };
-            self.inverses[taxel] = inverse;
+            self.curves[taxel] = ForceCurve::new(inverse);
             self.calibration.models[taxel] = model;
             self.calibration.deviation[taxel] = *noise;
         }
@@ -198,7 +206,8 @@ impl Reader for InPlaneReader {
 }
 
 /// Force of one reading, F, with the standard deviation `sigma`, F.
-fn estimated(inverse: &InPlaneInverse, capacitance: f64, sigma: f64) -> TaxelTouch {
+fn estimated(curve: &ForceCurve, capacitance: f64, sigma: f64) -> TaxelTouch {
+    let inverse = curve.inverse();
     let last = inverse.last();
     let rest = inverse.model().rest_capacitance();
     let possible = LEAST_SHARE * last.capacitance..=rest / LEAST_SHARE;
@@ -220,19 +229,19 @@ fn estimated(inverse: &InPlaneInverse, capacitance: f64, sigma: f64) -> TaxelTou
     // Over two standard deviations rather than by the slope: the published law
     // has none at rest.
     let [low, high] = [change - sigma, (change + sigma).min(last.change)];
-    let spread = inverse.force_from_change(high) - inverse.force_from_change(low);
+    let spread = curve.force(high) - curve.force(low);
     TaxelTouch::pressing(
-        inverse.force_from_change(change),
+        curve.force(change),
         sigma * spread / (high - low),
         State::Ok,
     )
 }
 
-fn meaning(calibration: &InPlaneCalibration, inverses: &[InPlaneInverse]) -> Meaning {
+fn meaning(calibration: &InPlaneCalibration, curves: &[ForceCurve]) -> Meaning {
     let layout = &calibration.layout;
-    let full_scale = inverses
+    let full_scale = curves
         .iter()
-        .map(|inverse| inverse.last().layer.force)
+        .map(|curve| curve.inverse().last().layer.force)
         .fold(0.0, f64::max);
     Meaning {
         layout: layout.clone(),

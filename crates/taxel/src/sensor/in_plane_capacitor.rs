@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::Solvable;
 use super::checks::{self, Broken, SAME_LENGTH, micrometres, require, rounded_down};
+use crate::layout::ArrayDescription;
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
 use crate::solutions::{OfDrawing, Solutions};
@@ -69,12 +70,12 @@ pub(crate) const MOST_SCATTER: f64 = 3.0;
 impl Solvable for InPlaneCapacitor {
     fn solve(
         &mut self,
-        pitch: [f64; 2],
+        array: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
         self.table = OfDrawing(None);
-        self.check(pitch)?;
+        self.check(array.pitch)?;
         match table {
             Some((name, text)) => self.take_table(name, text),
             None => self.solve_section(solutions),

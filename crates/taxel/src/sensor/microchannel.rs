@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::Solvable;
 use super::checks::{self, Broken, SAME_LENGTH, micrometres, require};
+use crate::layout::ArrayDescription;
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
     MicrochannelError, MicrochannelSection, PressureLaw, SectionShape, SolvedCell, VoidStack,
@@ -169,16 +170,16 @@ pub struct PlaneStrainCell {
 impl Solvable for Microchannel {
     fn solve(
         &mut self,
-        pitch: [f64; 2],
+        array: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
         self.table = OfDrawing(None);
         match table {
-            Some((name, text)) => self.take_table(pitch, name, text)?,
-            None => self.solve_cells(pitch, solutions)?,
+            Some((name, text)) => self.take_table(array.pitch, name, text)?,
+            None => self.solve_cells(array.pitch, solutions)?,
         }
-        self.check(pitch)
+        self.check(array.pitch)
     }
 }
 

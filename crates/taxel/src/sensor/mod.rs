@@ -226,13 +226,13 @@ pub struct NoModel {
 /// the sensor file names.
 trait Solvable {
     /// Checks the drawing, and takes `table` (its name and text) or goes back to the fast
-    /// forms and solves what no shipped table has; `pitch` is that of the array, m.
+    /// forms and solves what no shipped table has.
     ///
     /// # Errors
     /// The key of a part that has no solution, no model or not this table.
     fn solve(
         &mut self,
-        pitch: [f64; 2],
+        array: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken>;
@@ -306,7 +306,7 @@ impl Sensor {
             Broken::new("mechanics.table", message, help)
         })?;
         let table = named.zip(text.as_deref());
-        element.solve(self.array.pitch, table, solutions)
+        element.solve(&self.array, table, solutions)
     }
 
     /// The same sensor by closed forms where its file names a table; what they need of the drawing

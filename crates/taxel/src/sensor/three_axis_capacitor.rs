@@ -11,7 +11,9 @@ use crate::mechanics::{
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
 use crate::solutions::{OfDrawing, Solutions, Unsolved};
-use crate::transduction::{EdgeDrawing, PlatesDescription, UnitModel};
+use crate::transduction::{
+    DrawnEdges, EdgeDrawing, OutsideEdges, PlatesDescription, SolvedEdges, UnitModel,
+};
 use taxel_numerics::Noise;
 
 /// Four capacitors under one bump (P2).
@@ -106,15 +108,17 @@ pub struct Outline {
 }
 
 impl Solvable for ThreeAxisCapacitor {
-    /// Solves the unit where its stiffness is to follow from a drawing that no table has.
+    /// Solves the edges of the electrodes and the unit where edges and stiffness are to follow from
+    /// a drawing that no table has.
     fn solve(
         &mut self,
-        pitch: [f64; 2],
+        array: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
         no_table("three_axis_capacitor", table.is_some())?;
-        let drawing = self.unit_drawing(pitch);
+        self.solve_edges(array, solutions)?;
+        let drawing = self.unit_drawing(array.pitch);
         // The rules between keys say what makes no unit.
         let beside = drawing.is_unit() && drawing.compliance().is_err();
         if self.suspension.from_drawing.is_none() || !beside {
@@ -136,14 +140,49 @@ impl Solvable for ThreeAxisCapacitor {
 }
 
 impl ThreeAxisCapacitor {
+    fn solve_edges(
+        &mut self,
+        array: &ArrayDescription,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        let drawing = self.edge_drawing(array);
+        let beside = drawing.is_section() && drawing.tabulated().is_err();
+        if self.plates.parallel_capacitance.is_some() || !beside {
+            return Ok(());
+        }
+        match SolvedEdges::of_unit(&drawing, solutions) {
+            Ok(solved) => self.plates.solved_edges = OfDrawing(Some(solved)),
+            // The rules between keys say so, with what the table has.
+            Err(Unsolved::TablesOnly) => {}
+            Err(Unsolved::Failed(message)) => {
+                let key = "element.three_axis_capacitor.plates";
+                let help = "change the lengths of the plates, or type parallel_capacitance in";
+                return Err(Broken::new(key, message, help));
+            }
+        }
+        Ok(())
+    }
+
+    /// The edges of the electrodes by the drawing: from the table, or as they were solved.
+    ///
+    /// # Errors
+    /// [`OutsideEdges`] for a drawing that the table has not and that was not solved.
+    pub fn edges(&self, array: &ArrayDescription) -> Result<DrawnEdges, OutsideEdges> {
+        let drawing = self.edge_drawing(array);
+        drawing.tabulated().or_else(|outside| {
+            let solved = self.plates.solved_edges.0.as_ref();
+            solved.map(|solved| solved.edges(&drawing)).ok_or(outside)
+        })
+    }
+
     /// The model of one unit of an array.
     ///
     /// What does not follow from the drawing is left out; the check of a sensor file refuses
     /// such drawings.
     pub fn unit_model(&self, array: &ArrayDescription) -> UnitModel {
         let typed_in = || self.suspension.typed_in();
-        let edges = self.edge_drawing(array).edges().ok();
-        let mut plates = self.plates.model(edges);
+        let edges = self.edges(array).ok();
+        let mut plates = self.plates.model(edges.map(|edges| edges.grounded));
         if let Some(bent) = self.bent(array) {
             for air in &mut plates.air_gap {
                 *air -= bent.closing;
@@ -213,8 +252,13 @@ impl ThreeAxisCapacitor {
             insulation: plates.insulation,
             permittivity: plates.insulation_permittivity,
             electrode_thickness: outline.electrode_thickness,
-            cavity: 0.5 * (0.5 * (outline.unit_side - outline.wall_width) - side),
+            cavity: [
+                0.5 * (distance - side - outline.wall_width),
+                0.5 * (outline.unit_side - distance - side),
+            ],
             above: outline.electrode_layer + outline.bump_layer,
+            // Both electrode layers are cast alike.
+            below: outline.electrode_layer - outline.electrode_thickness,
             inner: [distance - side; 2],
             outer: std::array::from_fn(|axis| {
                 (lines[axis] > 1).then(|| array.pitch[axis] - distance - side)

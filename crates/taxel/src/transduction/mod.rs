@@ -3,6 +3,7 @@
 mod coplanar_capacitor;
 pub mod electrode_section;
 mod in_plane_field;
+mod in_plane_inverse;
 mod in_plane_model;
 mod in_plane_path;
 mod in_plane_study;
@@ -13,6 +14,7 @@ mod path_solution;
 mod path_table;
 mod piezoelectric;
 mod section_solution;
+mod solved_edges;
 mod solved_section;
 mod surroundings;
 mod three_axis_capacitor;
@@ -22,9 +24,8 @@ mod unit_model;
 
 pub use coplanar_capacitor::{Dielectric, PublishedFringe, coplanar_strips, facing_sides};
 pub use in_plane_field::{FieldState, NoField, SolvedInPlane};
-pub use in_plane_model::{
-    CapacitanceLaw, InPlaneError, InPlaneInverse, InPlaneModel, InPlaneState, PublishedFit, Turning,
-};
+pub use in_plane_inverse::{ForceCurve, InPlaneInverse, Turning};
+pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneState, PublishedFit};
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use in_plane_table::DrawnTable;
 pub use microchannel::{
@@ -36,12 +37,13 @@ pub use path_table::{PathTable, PathVariable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
 };
+pub use solved_edges::SolvedEdges;
 pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tile_edges::{
-    EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, EdgeSlopes, INNER_DISTANCE,
-    OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
+    DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, EdgeSlopes,
+    INNER_DISTANCE, OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
 };
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::solved_edges::SolvedEdges;
 use super::tile_edges::{EdgeSlopes, TileEdges};
 use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap, mean_inverse_gaps};
 use crate::mechanics::{Deformation, SIDE_X, SIDE_Y};
@@ -10,6 +11,7 @@ use crate::quantity::{
     self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
     RelativePermittivity,
 };
+use crate::solutions::OfDrawing;
 
 /// The capacitors as a sensor file gives them.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -42,6 +44,9 @@ pub struct PlatesDescription {
     )]
     #[schemars(with = "Option<OneOrList<4, NonNegativeCapacitance>>")]
     pub parallel_capacitance: Option<[f64; 4]>,
+    /// Edges of a drawing that no table has.
+    #[serde(skip)]
+    pub solved_edges: OfDrawing<SolvedEdges>,
 }
 
 /// Four plate pairs: the electrical model of one unit.

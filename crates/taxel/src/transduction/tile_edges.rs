@@ -3,6 +3,7 @@
 
 use std::sync::LazyLock;
 
+use serde::{Deserialize, Serialize};
 use taxel_fem::field::FieldError;
 use taxel_fem::field::cases::{Beside, FacingPlates, Neighbour};
 
@@ -42,23 +43,26 @@ pub struct EdgeSection {
     pub environment: EdgeEnvironment,
     /// Solid above the air gap, the upper electrode included; air above it.
     pub above: f64,
+    /// Solid below the lower electrode.
+    pub below: f64,
+    /// Width of a neighbour.
+    pub neighbour_width: f64,
     /// A grounded plane under the lower layer.
     pub grounded_plane: bool,
+    /// Solid beyond the last cavity, up to where the field ends. It ends at the lower face of the
+    /// solid too.
+    pub margin: f64,
+    /// Air above the solid, up to where the field ends.
+    pub air_above: f64,
 }
 
-/// Width of a neighbour and solid below the lower electrode of the drawing, m.
-const NEIGHBOUR_WIDTH: f64 = 400e-6;
-const BELOW: f64 = 280e-6;
-/// Where the field ends beyond the last cavity, m. It ends at the lower face of the solid too.
-const MARGIN: f64 = 900e-6;
-/// Air above the solid up to where the field ends, m. Chosen so that the drawn section at 6 um
-/// agrees with the reference; from 300 to 900 um of air its excesses change by at most 0.7 %.
-const AIR_ABOVE: f64 = 400e-6;
 /// Refinement of the mesh: one step finer changes an excess of the drawing by 2e-4.
 const LEVEL: u32 = 2;
 
 impl EdgeSection {
-    /// The section that P2 draws, with this air gap, m, and these surroundings.
+    /// The section that P2 draws, with this air gap, m, and these surroundings. The air above is
+    /// chosen so that the section at 6 um agrees with the reference; from 300 to 900 um of it the
+    /// excesses change by at most 0.7 %.
     pub fn drawn(air_gap: f64, environment: EdgeEnvironment) -> Self {
         Self {
             air_gap,
@@ -69,7 +73,11 @@ impl EdgeSection {
             cavity: 100e-6,
             environment,
             above: 400e-6,
+            below: 280e-6,
+            neighbour_width: 400e-6,
             grounded_plane: false,
+            margin: 900e-6,
+            air_above: 400e-6,
         }
     }
 
@@ -79,7 +87,15 @@ impl EdgeSection {
     /// # Errors
     /// [`FieldError`] for lengths out of range.
     pub fn solve(&self) -> Result<f64, FieldError> {
-        self.over_air().edge_excess(LEVEL)
+        self.solve_at(LEVEL)
+    }
+
+    /// As [`EdgeSection::solve`], on the mesh of a level from 1 on.
+    ///
+    /// # Errors
+    /// [`FieldError`] for lengths or a level out of range.
+    pub fn solve_at(&self, level: u32) -> Result<f64, FieldError> {
+        self.over_air().edge_excess(level)
     }
 
     /// A square tile of this section alone, a quarter of it by finite elements in space: its
@@ -98,7 +114,7 @@ impl EdgeSection {
     fn over_air(&self) -> FacingPlates {
         let beside = |distance| Neighbour {
             distance: distance / self.air_gap,
-            width: NEIGHBOUR_WIDTH / self.air_gap,
+            width: self.neighbour_width / self.air_gap,
         };
         let over = |length: f64| length / self.air_gap;
         FacingPlates {
@@ -114,17 +130,17 @@ impl EdgeSection {
                 EdgeEnvironment::Row(distance) => Beside::Driven(beside(distance)),
             },
             above: over(self.above),
-            below: over(BELOW),
+            below: over(self.below),
             grounded_plane: self.grounded_plane,
-            margin: over(MARGIN),
-            air_above: over(AIR_ABOVE),
+            margin: over(self.margin),
+            air_above: over(self.air_above),
         }
     }
 }
 
 /// The excess of an edge against the air gap a, e = p − q ln(a + s) with a in um: valid
 /// for 2 to 8 um, all other lengths as P2 draws them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeLaw {
     /// p, without unit.
     pub constant: f64,
@@ -213,6 +229,27 @@ impl EdgeLaw {
         self.constant - self.factor * self.reach(air_gap).ln()
     }
 
+    /// The law through points of air gap, m, and excess, whose middle air gap is `middle`, m.
+    pub(super) fn through(points: &[[f64; 2]], middle: f64) -> Self {
+        let scale = middle / DRAWN_AIR;
+        let points: Vec<_> = points
+            .iter()
+            .map(|[air, excess]| [air / (scale * UM), *excess])
+            .collect();
+        Self::fitted(&points).of_drawing(scale, 1.0)
+    }
+
+    /// True of numbers that a law may have.
+    pub(super) fn is_sound(self) -> bool {
+        let numbers = [self.constant, self.factor, self.shift];
+        numbers.iter().all(|number| number.is_finite()) && self.shift > 0.0
+    }
+
+    /// The law of a share of this excess.
+    pub(super) fn share(self, share: f64) -> Self {
+        self.of_drawing(1.0, share)
+    }
+
     /// The slope of the excess against the air gap, 1/m.
     pub fn slope(self, air_gap: f64) -> f64 {
         -self.factor / (self.reach(air_gap) * UM)
@@ -277,6 +314,15 @@ pub struct EdgeSlopes {
 }
 
 impl TileEdges {
+    /// Four edges of one law, without corners.
+    pub(super) fn alike(law: EdgeLaw) -> Self {
+        Self {
+            inner: [law; 2],
+            outer: [law; 2],
+            corners: 0.0,
+        }
+    }
+
     /// The edges of a tile with sides `electrode`, m, whose centre has `air` under it, m.
     /// `rise` is half of what the gap falls over the tile along x and y, m, positive where
     /// it falls outward.
@@ -318,14 +364,28 @@ pub struct EdgeDrawing {
     pub permittivity: f64,
     /// Thickness of an electrode.
     pub electrode_thickness: f64,
-    /// Air beyond the edge, up to the wall.
-    pub cavity: f64,
+    /// Air beyond the inner and the outer edges, up to the wall.
+    pub cavity: [f64; 2],
     /// Solid above the air gap.
     pub above: f64,
+    /// Solid below the lower electrode.
+    pub below: f64,
     /// Distance from edge to edge to the other tile of the unit, along x and y.
     pub inner: [f64; 2],
     /// The same to the next unit; `None` without one.
     pub outer: [Option<f64>; 2],
+}
+
+/// The edges of the tiles of a drawing, and what may be around them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnEdges {
+    /// All other electrodes grounded.
+    pub grounded: TileEdges,
+    /// Where they add least and most, without corners: with a grounded plane under the array, and
+    /// of a capacitor alone.
+    pub surroundings: [TileEdges; 2],
+    /// Largest relative error of an excess.
+    pub error: f64,
 }
 
 /// A length of the drawing for which the edges are not tabulated.
@@ -362,6 +422,13 @@ pub fn corner_capacitance() -> f64 {
     *CORNERS
 }
 
+/// What the corners of another drawing add, F: they are of the size of the effective gap.
+pub(super) fn corners_of(drawing: &EdgeDrawing) -> f64 {
+    let [least, greatest] = drawing.air_gap;
+    let gap = (least * greatest).sqrt() + drawing.insulation / drawing.permittivity;
+    corner_capacitance() * gap / (6e-6 + 6e-6 / 2.7)
+}
+
 static CORNERS: LazyLock<f64> = LazyLock::new(|| {
     let table = SolvedTable::parse(include_str!("../../tables/p2_corners.csv"));
     // The last row has the finest mesh.
@@ -371,55 +438,77 @@ static CORNERS: LazyLock<f64> = LazyLock::new(|| {
     })
 });
 
-/// Largest relative error of an excess of [`EdgeDrawing::edges`] away from the drawing of
-/// P2; on it the law is within 1e-3.
-pub const EDGE_ERROR: f64 = 0.02;
+/// Largest relative error of an excess of [`EdgeDrawing::tabulated`] away from the drawing of
+/// P2, and on it: that of the table and that of the law.
+pub const EDGE_ERROR: f64 = 0.05;
+const DRAWN_ERROR: f64 = 2e-3;
 
 impl EdgeDrawing {
-    /// The edges of a tile, all other electrodes grounded.
+    /// True if the lengths make a section: electrodes on layers, a wall between cavities.
+    pub fn is_section(&self) -> bool {
+        let outer = self.outer.into_iter().flatten();
+        let walls = { self.inner }
+            .into_iter()
+            .map(|distance| (distance, self.cavity[0]));
+        let mut walls = walls.chain(outer.map(|distance| (distance, self.cavity[1])));
+        let lengths = [
+            self.side,
+            self.insulation,
+            self.electrode_thickness,
+            self.below,
+        ];
+        let [inner, outer] = self.cavity;
+        lengths
+            .into_iter()
+            .chain([inner, outer, self.air_gap[0]])
+            .all(|length| length > 0.0)
+            && self.above > self.electrode_thickness
+            && walls.all(|(distance, cavity)| distance > 2.0 * cavity)
+    }
+
+    /// The edges by the table.
     ///
     /// Excesses depend on ratios of lengths alone, so that the drawing is scaled to the tile
     /// of the table; each other length then enters by the rows in which it was varied alone.
     ///
     /// # Errors
     /// [`OutsideEdges`] for a length beyond the table.
-    pub fn edges(&self) -> Result<TileEdges, OutsideEdges> {
+    pub fn tabulated(&self) -> Result<DrawnEdges, OutsideEdges> {
         let (scale, share) = self.scaled()?;
         let table = &*EXCESSES;
-        let law = |distance: Option<f64>| {
-            let law = distance.map_or(table.laws[0], |d| table.law(d / scale));
-            law.of_drawing(scale, share)
-        };
-        Ok(TileEdges {
-            inner: self.inner.map(|distance| law(Some(distance))),
-            outer: self.outer.map(law),
-            corners: corner_capacitance() * scale,
+        let alone = table.laws[0].of_drawing(scale, share);
+        let beside = |distance: f64| table.law(distance / scale).of_drawing(scale, share);
+        let inner = self.inner.map(beside);
+        let outer = self.outer.map(|distance| distance.map_or(alone, beside));
+        let [inner_share, outer_share] = table.over_plane;
+        let mut distances = self
+            .inner
+            .iter()
+            .map(|distance| (*distance, INNER_DISTANCE));
+        let beyond = self
+            .outer
+            .iter()
+            .flatten()
+            .map(|distance| (*distance, OUTER_DISTANCE));
+        let as_drawn = same(share, 1.0)
+            && distances.all(|(distance, drawn)| same(distance, scale * drawn))
+            && { beyond }.all(|(distance, drawn)| same(distance, scale * drawn));
+        Ok(DrawnEdges {
+            grounded: TileEdges {
+                inner,
+                outer,
+                corners: corner_capacitance() * scale,
+            },
+            surroundings: [
+                TileEdges {
+                    inner: inner.map(|law| law.share(inner_share)),
+                    outer: outer.map(|law| law.share(outer_share)),
+                    corners: 0.0,
+                },
+                TileEdges::alike(alone),
+            ],
+            error: if as_drawn { DRAWN_ERROR } else { EDGE_ERROR },
         })
-    }
-
-    /// The edges where they add least and most, without corners: with a grounded plane under
-    /// the array, and of a capacitor alone.
-    ///
-    /// # Errors
-    /// [`OutsideEdges`] for a length beyond the table.
-    pub fn surroundings(&self) -> Result<[TileEdges; 2], OutsideEdges> {
-        let (scale, share) = self.scaled()?;
-        let edges = self.edges()?;
-        let over_plane =
-            |law: EdgeLaw, place: usize| law.of_drawing(1.0, EXCESSES.over_plane[place]);
-        let alone = EXCESSES.laws[0].of_drawing(scale, share);
-        Ok([
-            TileEdges {
-                inner: edges.inner.map(|law| over_plane(law, 0)),
-                outer: edges.outer.map(|law| over_plane(law, 1)),
-                corners: 0.0,
-            },
-            TileEdges {
-                inner: [alone; 2],
-                outer: [alone; 2],
-                corners: 0.0,
-            },
-        ])
     }
 
     /// The scale of the drawing over that of the table, and the share of the excess that its
@@ -463,7 +552,7 @@ impl EdgeDrawing {
             (
                 "outline.wall_width",
                 "air beyond the electrode",
-                self.cavity,
+                0.5 * (self.cavity[0] + self.cavity[1]),
             ),
             (
                 "outline.electrode_layer",

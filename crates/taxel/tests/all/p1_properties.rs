@@ -7,8 +7,8 @@ use taxel::mechanics::{
     GivenFactor, LayerError, LayerKinematics, PublishedThinning, StressConstants, TopFace,
 };
 use taxel::transduction::{
-    CapacitanceLaw, Dielectric, InPlaneError, InPlaneModel, PublishedFit, PublishedFringe,
-    StudyParameter, Surroundings, study,
+    CapacitanceLaw, Dielectric, ForceCurve, InPlaneError, InPlaneModel, PublishedFit,
+    PublishedFringe, StudyParameter, Surroundings, study,
 };
 
 fn layer(aspect: f64, end_condition: EndCondition) -> CompressedLayer {
@@ -297,6 +297,27 @@ proptest! {
         let beyond = inverse.last().change * (1.0 + 1e-9);
         let refused = inverse.state_from_change(beyond);
         prop_assert!(matches!(refused, Err(InPlaneError::BeyondInvertible { .. })), "{refused:?}");
+    }
+
+    #[test]
+    fn a_force_looked_up_is_that_of_the_model(
+        gap in 19.0..109.0_f64, kind in 0..3_usize, which in 0..2_usize,
+        shares in prop::collection::vec(0.0..=1.0_f64, 60)
+    ) {
+        let law = [CapacitanceLaw::Mechanics, CapacitanceLaw::Published][which];
+        let model = device(gap, [NARROW, MIDDLE, WIDE][kind].1, law);
+        let curve = ForceCurve::new(model.inverse().unwrap());
+        let last = *curve.inverse().last();
+        for share in shares.into_iter().flat_map(|share| [share, share * 1e-3, share.powi(8)]) {
+            let change = share * last.change;
+            let exact = curve.inverse().force_from_change(change);
+            prop_assert!(
+                (curve.force(change) - exact).abs() <= 1e-7 * last.layer.force,
+                "{share}: {} beside {exact}", curve.force(change)
+            );
+            prop_assert_eq!(curve.force(-change), -curve.force(change));
+        }
+        prop_assert_eq!(curve.force(2.0 * last.change), last.layer.force);
     }
 
     #[test]

@@ -185,7 +185,7 @@ fn check_edges(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
         || "the edges follow from the drawing for square electrodes alone".into(),
         help,
     )?;
-    match array.element.edge_drawing(&array.sensor.array).edges() {
+    match array.edges() {
         Ok(_) => Ok(()),
         Err(outside) => {
             let path = format!("element.three_axis_capacitor.{}", outside.key);

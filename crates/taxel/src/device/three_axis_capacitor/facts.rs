@@ -143,12 +143,11 @@ fn transduction(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
 
 /// Capacitor 11 in parts, and what an effective gap makes of them.
 fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
-    let element = array.element;
     let unit = array.unit_model();
-    let drawing = element.edge_drawing(&array.sensor.array);
-    let Ok(edges) = drawing.edges() else {
+    let Ok(drawn) = array.edges() else {
         return Vec::new();
     };
+    let edges = drawn.grounded;
     let typed_in = unit.plates.edges.is_none();
     let mut plates = unit.plates;
     let air = plates.air_gap[0];
@@ -179,7 +178,7 @@ fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
         capacitance(
             "corner_capacitance_11",
             edges.corners,
-            "four corners, which the edges count twice",
+            "four corners, which the edges count twice; by the drawing of P2, of others in proportion to the gap",
         ),
         capacitance(
             "capacitance_with_edges_11",
@@ -187,19 +186,35 @@ fn edges(array: &ThreeAxisArray<'_>) -> Vec<Fact> {
             "plates, edges and corners, all other electrodes grounded",
         ),
     ];
-    if let Ok([least, greatest]) = drawing.surroundings() {
-        let plate = plates.plate_capacitance(0);
-        facts.push(capacitance(
+    let [least, greatest] = drawn.surroundings;
+    let plate = plates.plate_capacitance(0);
+    facts.extend([
+        fact(
+            "transduction",
+            "edge_error",
+            number(drawn.error, "ratio", "%", 1e-2),
+            if array
+                .element
+                .edge_drawing(&array.sensor.array)
+                .tabulated()
+                .is_ok()
+            {
+                "largest error of the edges: the shipped table"
+            } else {
+                "largest error of the edges: solved, kept; no table has this drawing"
+            },
+        ),
+        capacitance(
             "capacitance_with_edges_least_11",
             plate + least.parallel(plates.electrode, air),
             "plates and edges over a grounded plane, without corners",
-        ));
-        facts.push(capacitance(
+        ),
+        capacitance(
             "capacitance_with_edges_greatest_11",
             plate + greatest.parallel(plates.electrode, air),
             "plates and edges of a capacitor alone, without corners",
-        ));
-    }
+        ),
+    ]);
     facts.push(fact(
         "transduction",
         "capacitance_by_air_gap_11",

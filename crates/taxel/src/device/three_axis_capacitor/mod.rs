@@ -19,7 +19,7 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{EdgeDrawing, UnitModel};
+use crate::transduction::{DrawnEdges, OutsideEdges, UnitModel};
 
 pub use predict::{CapacitanceParts, LoadState, Prediction, ThreeAxisPredictor};
 
@@ -67,9 +67,12 @@ impl<'a> ThreeAxisArray<'a> {
         self.element.unit_drawing(self.sensor.array.pitch)
     }
 
-    /// The lengths that the edges of the electrodes follow from.
-    pub fn edge_drawing(&self) -> EdgeDrawing {
-        self.element.edge_drawing(&self.sensor.array)
+    /// The edges of the electrodes by the drawing.
+    ///
+    /// # Errors
+    /// [`OutsideEdges`] for a drawing that the table has not and that was not solved.
+    pub fn edges(&self) -> Result<DrawnEdges, OutsideEdges> {
+        self.element.edges(&self.sensor.array)
     }
 
     /// The first calibrated unit; without one as drawn.

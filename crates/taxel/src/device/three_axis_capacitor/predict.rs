@@ -118,7 +118,7 @@ impl ThreeAxisPredictor {
             board: array.board.clone(),
             usable_force: array.element.usable_force,
             full_scale: array.element.full_scale,
-            surroundings: array.edge_drawing().surroundings().ok(),
+            surroundings: array.edges().ok().map(|edges| edges.surroundings),
             remark: remark(array),
             to_solve: None,
             pressed: None,
