@@ -88,7 +88,7 @@ impl Scene {
         let stimulus = Stimulus::parse("all", &script).expect("one probe a taxel");
         let mut twin = Twin::new(sensor, &stimulus, 1).expect("the script fits the array");
         let device = sensor.device().expect("a device");
-        let reader = device.reader(twin.stream()).expect("its own frames");
+        let reader = device.reader(&twin.stream()).expect("its own frames");
         Self::after_rest(ArrayEstimator::new(reader), &mut twin)
     }
 

@@ -222,7 +222,7 @@ fn question(drawing: &EdgeDrawing) -> Question {
         writeln!(statement, "{name} = {} m", digits(length)).expect("a String takes any text");
     }
     Question {
-        what: String::from("edges of the electrodes"),
+        what: String::from("field at the edges of the electrodes"),
         statement,
     }
 }
