@@ -80,8 +80,8 @@ impl Scene {
             for column in 0..sensor.array.columns {
                 script += &format!(
                     "[[probe]]\ntaxel = [{row}, {column}]\npath = [\n\
-                     {{ time = \"4 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
-                     {{ time = \"5 s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n]\n"
+                     {{ time = \"5.5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
+                     {{ time = \"5.9 s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n]\n"
                 );
             }
         }

@@ -100,6 +100,18 @@ const CRITERION: [(&str, &str, Names); 3] = [
             ("estimate_unit, pressed", "estimator.estimate_unit"),
             ("linearise, pressed", "estimator.linearise"),
             ("predict, pressed", "estimator.predict"),
+            (
+                "frame of 64 taxels, in-plane-50um, closed form",
+                "estimator.in_plane",
+            ),
+            (
+                "frame of 64 taxels, in-plane-50um, table",
+                "estimator.in_plane_table",
+            ),
+            (
+                "frame of 8 taxels, liquid-metal-2x4, table",
+                "estimator.microchannel_table",
+            ),
         ],
     ),
     (
