@@ -160,7 +160,7 @@ fn discs_between_the_rows_agree_with_the_solver() {
 
 /// Random layers under random discs, with square elements anywhere under them, against the solver.
 #[test]
-#[ignore = "a minute: cargo test --release -p taxel --test all p3_layer -- --ignored --nocapture hundred"]
+#[ignore = "a minute: cargo test --release -p taxel --test all p3_layer::shares_of_a_hundred -- --ignored --nocapture"]
 fn shares_of_a_hundred_random_drawings_agree_with_the_solver() {
     let mut random = ChaCha8Rng::seed_from_u64(16);
     let mut worst = [0.0_f64; 2];
