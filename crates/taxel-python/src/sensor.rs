@@ -402,7 +402,7 @@ impl Sensor {
     fn library_seconds(&self, py: Python<'_>, values: Bound<'_, PyDict>) -> PyResult<[f64; 2]> {
         let predictor = by(None, &self.named.sensor)?;
         let loads = loads(&values, predictor.load_columns())?;
-        let seconds = |keep: bool| {
+        let seconds = |keep: bool| -> PyResult<f64> {
             let start = std::time::Instant::now();
             pool::run(py, |_| {
                 let starts: Vec<usize> = (0..loads.len()).step_by(PIECE).collect();
