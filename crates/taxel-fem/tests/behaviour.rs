@@ -503,6 +503,20 @@ fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_m
     assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} {fine}");
 }
 
+#[test]
+fn where_multipliers_at_points_end_a_ball_goes_on_with_those_at_corners() {
+    let goes = |multipliers| {
+        let (solver, ended) = pressed_layer(Presses::Ball, multipliers, 0.05, 0.8);
+        assert!(ended.is_some());
+        (solver.state().parameters[0], solver.multipliers())
+    };
+    let (points, stand) = goes(Multipliers::Points);
+    assert_eq!(stand, Multipliers::Points);
+    let (farther, stand) = goes(Multipliers::Automatic);
+    assert_eq!(stand, Multipliers::Corners);
+    assert!(farther > points + 0.03, "{farther} {points}");
+}
+
 /// `cargo test -p taxel-fem --test behaviour how_far -- --ignored --nocapture`
 #[test]
 #[ignore = "a minute; prints how far a bonded layer is pressed"]
@@ -514,7 +528,7 @@ fn how_far_a_bonded_layer_is_pressed() {
     ];
     for (presses, sizes, least) in cases {
         for &size in sizes {
-            let (mut solver, ended) = pressed_layer(presses, Multipliers::Corners, size, 0.8);
+            let (mut solver, ended) = pressed_layer(presses, Multipliers::Automatic, size, 0.8);
             let depth = solver.state().parameters[0];
             let force = solver.evaluate().unwrap().along[0];
             let ended = ended.unwrap_or_default();
