@@ -122,6 +122,16 @@ pub enum LinearError {
         /// Iterations that were allowed.
         most: usize,
     },
+    /// A tangent that is not symmetric, by iterations that come no nearer.
+    #[error(
+        "the tangent is not symmetric, and {directions} directions leave {residual:.1e} of the right side: friction, contact or a pressure that follows the surface outweighs the stiffness of the body"
+    )]
+    Unsymmetric {
+        /// Directions that were searched.
+        directions: usize,
+        /// Share of the right side that is left.
+        residual: f64,
+    },
     /// The solution does not satisfy the equations.
     #[error(
         "the linear solution leaves a relative residual of {residual:.1e}; at most {limit:.0e} is accepted"

@@ -433,7 +433,12 @@ enum Presses {
 }
 
 /// A layer with cells of this size where it is pressed, solved to a depth or as far as it goes.
-fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<String>) {
+fn pressed_layer(
+    presses: Presses,
+    multipliers: Multipliers,
+    size: f64,
+    depth: f64,
+) -> (Solver, Option<String>) {
     let growth = Growth {
         smallest: size,
         ratio: 1.5,
@@ -451,7 +456,7 @@ fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<Str
         ),
         Presses::Punch => (
             0.5,
-            Grading::FromEnd(growth),
+            even(0.5),
             Shape::Punch {
                 point: [0.0, 1.0, 0.0],
                 axis: [0.0, 1.0, 0.0],
@@ -479,7 +484,7 @@ fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<Str
     let mut solver = Solver::new(problem).unwrap();
     solver.settings.first_step = 0.02;
     solver.settings.stable = false;
-    solver.settings.multipliers = Multipliers::Corners;
+    solver.settings.multipliers = multipliers;
     let ended = solver.load_to(&[depth], |_, _| Continue::Yes);
     (
         solver,
@@ -490,12 +495,26 @@ fn pressed_layer(presses: Presses, size: f64, depth: f64) -> (Solver, Option<Str
 #[test]
 fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_mesh() {
     let force = |size: f64| {
-        let (mut solver, ended) = pressed_layer(Presses::Ball, size, 0.5);
+        let (mut solver, ended) = pressed_layer(Presses::Ball, Multipliers::Corners, size, 0.5);
         assert_eq!(ended, None, "{size}");
         solver.evaluate().unwrap().along[0]
     };
     let (coarse, fine) = (force(0.1), force(0.05));
     assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} {fine}");
+}
+
+#[test]
+fn where_multipliers_at_points_end_a_ball_goes_on_with_those_at_corners() {
+    let goes = |multipliers| {
+        let (solver, ended) = pressed_layer(Presses::Ball, multipliers, 0.05, 0.8);
+        assert!(ended.is_some());
+        (solver.state().parameters[0], solver.multipliers())
+    };
+    let (points, stand) = goes(Multipliers::Points);
+    assert_eq!(stand, Multipliers::Points);
+    let (farther, stand) = goes(Multipliers::Automatic);
+    assert_eq!(stand, Multipliers::Corners);
+    assert!(farther > points + 0.03, "{farther} {points}");
 }
 
 /// `cargo test -p taxel-fem --test behaviour how_far -- --ignored --nocapture`
@@ -505,15 +524,19 @@ fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_m
 fn how_far_a_bonded_layer_is_pressed() {
     let cases = [
         (Presses::Ball, [0.1, 0.05, 0.025].as_slice(), 0.5),
-        (Presses::Punch, &[0.05, 0.0125, 0.006], 0.17),
+        (Presses::Punch, &[0.05, 0.025, 0.0125], 0.2),
     ];
     for (presses, sizes, least) in cases {
         for &size in sizes {
-            let (mut solver, ended) = pressed_layer(presses, size, 0.8);
+            let (mut solver, ended) = pressed_layer(presses, Multipliers::Automatic, size, 0.8);
             let depth = solver.state().parameters[0];
             let force = solver.evaluate().unwrap().along[0];
             let ended = ended.unwrap_or_default();
-            println!("{presses:?}, cells of {size}: depth {depth:.4}, force {force:.4}; {ended}");
+            let volume = solver.least_volume_ratio().unwrap();
+            println!(
+                "{presses:?}, cells of {size}: depth {depth:.4}, force {force:.4}, least volume ratio {:.3} at {:.3?}; {ended}",
+                volume.ratio, volume.place
+            );
             assert!(depth > least, "{presses:?} {size} {depth}");
         }
     }

@@ -121,12 +121,21 @@ fn solve(
         series.write(body)?;
     }
     let mut first = true;
+    let mut corners = body.went_to_corners();
     while body.done() < steps {
-        let done = body.done() as f64;
+        let before = body.done();
+        let done = before as f64;
         let result = body.step(|part| {
             progress.at((done + part) / steps as f64);
             !interrupt.asked()
         });
+        if body.went_to_corners() && !corners {
+            corners = true;
+            note!(
+                "note: step {}: pressures of contacts at single points did not go on; from here on they are kept at the corners of cells, whose greatest ones are less accurate",
+                before + 1
+            );
+        }
         save(body, first)?;
         first = false;
         match result {

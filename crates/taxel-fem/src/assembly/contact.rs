@@ -19,6 +19,9 @@ const TOUCHING: f64 = 1e-6;
 /// Where the multipliers of obstacles and surfaces stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Multipliers {
+    /// At each contact point as far as that goes, and from there on at the corners of facets
+    /// (`Solver::multipliers` says which).
+    Automatic,
     /// At each contact point. No point overlaps by more than is accepted, and pressures are the
     /// most accurate. Points are more than a facet has freedoms: under large pressures their
     /// multipliers pull against each other, and the iteration ends early.

@@ -18,6 +18,9 @@ pub struct State {
     pub parameters: Vec<f64>,
     /// Multipliers of each contact.
     pub contacts: Vec<ContactState>,
+    /// Multipliers have gone from contact points to the corners of facets, where
+    /// `Settings::multipliers` leaves that open.
+    pub corners: bool,
     /// History of the solids with memory.
     pub memory: Carried,
 }
@@ -83,6 +86,7 @@ impl State {
             pressures: vec![[0.0; MAX_PRESSURES]; problem.mesh.cell_count()],
             parameters: vec![0.0; problem.rules().len()],
             contacts: vec![ContactState::default(); problem.contacts.len()],
+            corners: false,
             memory: Carried::rest(problem),
         }
     }

@@ -27,7 +27,7 @@ impl Unsymmetric {
     }
 
     /// Adds a product, by the numbers of the unknowns.
-    pub(super) fn push(&mut self, forces: Vec<(usize, f64)>, motion: Vec<(usize, f64)>) {
+    pub(crate) fn push(&mut self, forces: Vec<(usize, f64)>, motion: Vec<(usize, f64)>) {
         if !forces.is_empty() && !motion.is_empty() {
             self.terms.push(Term { forces, motion });
         }

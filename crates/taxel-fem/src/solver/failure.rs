@@ -2,6 +2,7 @@
 
 use crate::assembly::system::InvertedCell;
 use crate::problem::{FreePart, ProblemError};
+use crate::solver::volume::LeastVolume;
 use crate::sparse::LinearError;
 
 /// A solution that could not go on.
@@ -36,6 +37,16 @@ fn listed(parameters: &[(String, f64)]) -> String {
         .map(|(name, value)| format!("{name} = {value:.6e}"))
         .collect();
     parts.join(", ")
+}
+
+fn inside_out_at(least: Option<&LeastVolume>) -> String {
+    let Some(LeastVolume { ratio, cell, place }) = least else {
+        return String::new();
+    };
+    let [x, y, z] = place;
+    format!(
+        "; before, cell {cell} is inside out between its points of integration near ({x:.6e}, {y:.6e}, {z:.6e}), at a volume ratio of {ratio:.2}"
+    )
 }
 
 /// The motion of a body against which it has the least stiffness.
@@ -79,10 +90,13 @@ pub enum Reason {
     #[error("the iteration left the range of numbers")]
     NotANumber,
     /// The iteration did not end.
-    #[error("the iteration did not converge in {} iterations (first and last energy norm {:.1e}, {:.1e})", .energies.len(), .energies.first().unwrap_or(&0.0), .energies.last().unwrap_or(&0.0))]
+    #[error("the iteration did not converge in {} iterations (first and last energy norm {:.1e}, {:.1e}){}", .energies.len(), .energies.first().unwrap_or(&0.0), .energies.last().unwrap_or(&0.0), inside_out_at(.inside_out.as_ref()))]
     NotConverged {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
+        /// The cell that is most inside out between its points of integration at the last
+        /// accepted state, if any is.
+        inside_out: Option<LeastVolume>,
     },
     /// A contact point changes between touching and not.
     #[error("contact {contact} chatters: a point near ({:.6e}, {:.6e}, {:.6e}) touches in one iteration and not in the next, without end", .place[0], .place[1], .place[2])]
@@ -186,9 +200,18 @@ impl Reason {
             Self::Linear(LinearError::Singular) => {
                 "Add a support in the direction that is free, or control by displacement instead of load"
             }
+            Self::Linear(LinearError::Unsymmetric { .. }) => {
+                "Allow smaller steps; less friction; hold what slides or turns away by a displacement"
+            }
             Self::Linear(_) => "Check materials for extreme ratios of stiffness",
             Self::Limit { .. } | Self::Unstable { .. } => {
                 "A limit of the load: control by displacement, volume or arc length goes beyond it"
+            }
+            Self::NotConverged {
+                inside_out: Some(_),
+                ..
+            } => {
+                "The strain there outgrew the cells: larger ones, since smaller ones turn inside out sooner, or a rounder edge"
             }
             Self::NotANumber | Self::NotConverged { .. } => {
                 "Allow smaller steps or more iterations; where surfaces touch, a stiffer contact; where the least volume ratio is near zero, larger cells"

@@ -229,6 +229,15 @@ impl Solver {
         &self.state
     }
 
+    /// Where the multipliers of obstacles and surfaces stand now: at contact points or at corners.
+    pub fn multipliers(&self) -> Multipliers {
+        match self.settings.multipliers {
+            Multipliers::Automatic if self.state.corners => Multipliers::Corners,
+            Multipliers::Automatic => Multipliers::Points,
+            chosen => chosen,
+        }
+    }
+
     /// Number of displacement unknowns.
     pub fn unknowns(&self) -> usize {
         self.system.unknowns.count()
@@ -427,6 +436,10 @@ impl Solver {
                 Err(reason) => {
                     size = fraction / 3.0;
                     if size < self.settings.smallest_step || reason.is_final() {
+                        if !reason.is_final() && self.go_to_corners() {
+                            size = self.settings.first_step;
+                            continue;
+                        }
                         return Err(Failure {
                             reason: self.deeper(reason, targets),
                             fraction: gone,
@@ -815,12 +828,29 @@ impl Solver {
         })
     }
 
+    /// Takes the multipliers from contact points to the corners of facets, if that is open; false
+    /// if no contact presses.
+    fn go_to_corners(&mut self) -> bool {
+        if self.settings.multipliers != Multipliers::Automatic || self.state.corners {
+            return false;
+        }
+        let mut contacts = self.problem.contacts.iter().zip(&self.state.contacts);
+        self.state.corners = contacts.any(|(contact, state)| {
+            !matches!(contact, Contact::Walls(_)) && state.multipliers.iter().any(|t| *t > 0.0)
+        });
+        if self.state.corners {
+            self.previous = None;
+            self.scale = 0.0;
+        }
+        self.state.corners
+    }
+
     /// Takes the multipliers to the pressures found; false when no contact needs it.
     fn renew_multipliers(&self, trial: &mut State) -> bool {
         let places = trial.places(&self.problem.mesh);
         let mut renewed = false;
         for number in 0..self.problem.contacts.len() {
-            let of = (number, self.settings.multipliers);
+            let of = (number, self.multipliers());
             let next = self.system.renewed(&self.problem, trial, &places, of);
             if let Some(multipliers) = next {
                 trial.contacts[number].multipliers = multipliers;

@@ -61,10 +61,16 @@ impl Solver {
         }
         match self.gives_way(targets) {
             Some((times, place)) if times > GIVES_WAY => Reason::Limit { times, place },
-            _ if matches!(reason, Reason::Unstable { .. }) => Reason::Unstable {
-                mode: self.weakest_mode(),
+            _ => match reason {
+                Reason::Unstable { .. } => Reason::Unstable {
+                    mode: self.weakest_mode(),
+                },
+                Reason::NotConverged { energies, .. } => Reason::NotConverged {
+                    energies,
+                    inside_out: self.least_volume_ratio().filter(|least| least.ratio <= 0.0),
+                },
+                other => other,
             },
-            _ => reason,
         }
     }
 
@@ -81,7 +87,11 @@ impl Solver {
         });
         let singular = matches!(
             reason,
-            Reason::Linear(LinearError::Singular | LinearError::Inaccurate { .. })
+            Reason::Linear(
+                LinearError::Singular
+                    | LinearError::Inaccurate { .. }
+                    | LinearError::Unsymmetric { .. }
+            )
         );
         let lost = matches!(
             reason,
@@ -198,6 +208,7 @@ impl Solver {
         }
         Reason::NotConverged {
             energies: energies.to_vec(),
+            inside_out: None,
         }
     }
 }

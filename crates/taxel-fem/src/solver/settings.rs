@@ -64,7 +64,7 @@ impl Default for Settings {
             reach: 1.0,
             stall_iterations: None,
             rounds: 8,
-            multipliers: Multipliers::Points,
+            multipliers: Multipliers::Automatic,
             whole_cells: false,
             stable: true,
             elimination: ELIMINATION_RATIO,

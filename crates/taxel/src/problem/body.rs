@@ -79,6 +79,7 @@ impl Body {
         settings.smallest_step = options.smallest_part.unwrap_or(settings.smallest_step);
         settings.whole_cells = options.whole_cells;
         settings.multipliers = match options.multipliers {
+            description::Multipliers::Automatic => Multipliers::Automatic,
             description::Multipliers::Points => Multipliers::Points,
             description::Multipliers::Corners => Multipliers::Corners,
         };
@@ -103,6 +104,12 @@ impl Body {
     /// What is unusual about the mesh, in sentences.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// True once the pressures of contacts are kept at the corners of cells because the solution
+    /// did not go on with those at points ([`description::Multipliers::Automatic`]).
+    pub fn went_to_corners(&self) -> bool {
+        self.solver.settings.multipliers == Multipliers::Automatic && self.solver.state().corners
     }
 
     /// Numbers of unknowns and cells.

@@ -655,7 +655,7 @@ pub struct SolverOptions {
     /// Accepts no state with a cell inside out anywhere, corners included; false if left out.
     #[serde(default)]
     pub whole_cells: bool,
-    /// Where the pressures of contacts are kept; points if left out.
+    /// Where the pressures of contacts are kept; automatic if left out.
     #[serde(default)]
     pub multipliers: Multipliers,
 }
@@ -664,8 +664,10 @@ pub struct SolverOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Multipliers {
-    /// At each point: the most accurate pressures.
+    /// At each point as far as that goes, from there on at the corners of cells; a note says so.
     #[default]
+    Automatic,
+    /// At each point: the most accurate pressures.
     Points,
     /// At the corners of cells: goes deeper under pressures above the shear modulus.
     Corners,

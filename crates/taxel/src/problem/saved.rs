@@ -64,6 +64,9 @@ struct Saved {
     multipliers: Vec<String>,
     /// Four numbers for each contact point: 1 and a place, or zeros.
     anchors: Vec<String>,
+    /// Multipliers have gone to the corners of facets.
+    #[serde(default)]
+    corners: bool,
 }
 
 impl Body {
@@ -106,6 +109,7 @@ impl Body {
                 .map(|contact| written(contact.multipliers.iter().copied()))
                 .collect(),
             anchors: state.contacts.iter().map(anchors).collect(),
+            corners: state.corners,
         };
         // A struct of texts and numbers always becomes JSON.
         serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
@@ -139,6 +143,7 @@ impl Body {
         let width = rest.pressures.as_flattened().len();
         let pressures = read("pressures", &saved.pressures, Some(width))?;
         state.pressures = pressures.as_chunks().0.to_vec();
+        state.corners = saved.corners;
         let same = |what, found: usize, expected: usize| {
             if found == expected {
                 return Ok(());

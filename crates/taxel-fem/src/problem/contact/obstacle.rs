@@ -46,8 +46,8 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-    /// A flat punch with a rounded rim, pointing along `-axis` (round in space and in
-    /// axisymmetry, a rounded bar in plane strain).
+    /// A flat punch with a rounded rim and a straight shaft above it, pointing along `-axis`
+    /// (round in space and in axisymmetry, a rounded bar in plane strain).
     Punch {
         /// Middle of its face.
         point: [f64; 3],
@@ -140,7 +140,8 @@ fn from_centre(from: [f64; 3], radius: f64) -> Gap {
     }
 }
 
-/// Distance from a flat face of radius `flat` whose rim is a quarter circle.
+/// Distance from a flat face of radius `flat` whose rim is a quarter circle, and from the shaft
+/// above the rim.
 fn punch(from: [f64; 3], axis: [f64; 3], flat: f64, rim: f64) -> Gap {
     let height = dot(from, axis);
     let across: [f64; 3] = std::array::from_fn(|d| from[d] - height * axis[d]);
@@ -152,8 +153,18 @@ fn punch(from: [f64; 3], axis: [f64; 3], flat: f64, rim: f64) -> Gap {
             curvature: [[0.0; 3]; 3],
         };
     }
-    // Nearest point of the circle on which the centres of the rim lie.
     let radial = across.map(|x| x / r);
+    if height > rim {
+        let around = |i: usize, j: usize| {
+            f64::from(u8::from(i == j)) - axis[i] * axis[j] - radial[i] * radial[j]
+        };
+        return Gap {
+            distance: r - flat - rim,
+            normal: radial,
+            curvature: std::array::from_fn(|i| std::array::from_fn(|j| around(i, j) / r)),
+        };
+    }
+    // Nearest point of the circle on which the centres of the rim lie.
     let to_rim: [f64; 3] = std::array::from_fn(|d| from[d] - axis[d] * rim - radial[d] * flat);
     let distance = dot(to_rim, to_rim).sqrt();
     let mut gap = from_centre(to_rim, rim);
@@ -204,7 +215,12 @@ mod tests {
             },
         ];
         for shape in shapes {
-            for place in [[0.1, 0.5, 0.2], [0.6, 0.9, 0.3], [-0.9, 1.2, 0.1]] {
+            for place in [
+                [0.1, 0.5, 0.2],
+                [0.6, 0.9, 0.3],
+                [-0.9, 1.2, 0.1],
+                [0.7, 1.9, -0.4],
+            ] {
                 let gap = shape.gap(place, [0.01, 0.02, 0.0]);
                 for d in 0..3 {
                     let at = |step: f64| {
@@ -221,6 +237,25 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_punch_has_a_shaft_above_its_rim() {
+        let punch = Shape::Punch {
+            point: [0.0; 3],
+            axis: [0.0, 1.0, 0.0],
+            flat: 0.3,
+            rim: 0.1,
+        };
+        let gap = |x: f64, y: f64| punch.gap([x, y, 0.0], [0.0; 3]).distance;
+        // Face, rim at 45 degrees, end of the rim, shaft.
+        assert_eq!(gap(0.2, -0.1), 0.1);
+        let diagonal = 0.2 / 2.0_f64.sqrt();
+        assert!((gap(0.3 + diagonal, 0.1 - diagonal) - 0.1).abs() < 1e-15);
+        assert!((gap(0.5, 0.1) - 0.1).abs() < 1e-15);
+        for height in [0.1001, 0.2, 5.0] {
+            assert!((gap(0.5, height) - 0.1).abs() < 1e-15, "{height}");
         }
     }
 }
