@@ -8,8 +8,8 @@ use taxel::trained::{
     Ridge, Standard, Support, TrainingError,
 };
 use taxel_calibrate::training::{
-    AcrossRuns, ForceOptions, Nearest, PositionOptions, Score, Session, features_of,
-    interval_factor, train_position, usual_candidates,
+    AcrossRuns, ForceOptions, Nearest, PositionOptions, ScaleClock, Score, Series, Session,
+    features_of, interval_factor, train_position, usual_candidates,
 };
 
 use crate::Run;
@@ -324,16 +324,34 @@ fn microseconds(frames: usize, mut estimate: impl FnMut(usize) -> f64) -> f64 {
 
 // ------------------------------------------------------------------- force
 
+/// The runs with the clocks of their scales.
+fn clocked(runs: &[Session]) -> Shown<Vec<Session>> {
+    let of = |run: &Session| {
+        Ok(Session {
+            scale_clock: shown(ScaleClock::of(run))?,
+            ..run.clone()
+        })
+    };
+    runs.iter().map(of).collect()
+}
+
 /// The map that `taxel calibrate` makes of these runs.
 fn trained(runs: &[Session]) -> Shown<AcrossRuns> {
+    let runs = &clocked(runs)?;
     let candidates = shown(usual_candidates(runs))?;
     shown(AcrossRuns::choose(runs, &candidates))
 }
 
 fn name_of(options: &ForceOptions) -> String {
+    let [own, memory, mixed] = options.prior_shares;
+    let products = if options.mixed > 0 {
+        " with products"
+    } else {
+        ""
+    };
     format!(
-        "degree {}, creep {:?} s, prior {}",
-        options.polynomial.degree, options.memory.creep_times, options.prior
+        "degree {}, creep {:?} s{products}, prior {} x (1, {own}, {memory}, {mixed}), fading {} s",
+        options.polynomial.degree, options.memory.creep_times, options.prior, options.fading
     )
 }
 
@@ -357,7 +375,7 @@ fn test(map: &ForceMap, session: &Session) -> Shown<Tested> {
         truth: rows.force.clone(),
         outside: 0,
     };
-    for ((row, force), time) in rows.features.iter().zip(&rows.force).zip(&rows.times) {
+    for ((row, force), time) in rows.learned().iter().zip(&rows.force).zip(&rows.times) {
         let estimate = map.estimate(row);
         tested.errors.push(estimate.value - force);
         tested.deviations.push(estimate.deviation);
@@ -436,6 +454,9 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
         let note = if best { "chosen" } else { "" };
         line(&name_of(options), *score, 1.0, note);
     }
+    for run in runs {
+        last_fifth(run)?;
+    }
     head("Force, last half of the last run held out [N]", "rms");
     last_half(&sessions, page)?;
     if runs.len() > 1 {
@@ -448,6 +469,20 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
             .collect();
         let found = trained(&others)?;
         println!("  {}", name_of(&found.options));
+        if std::env::var("ALL").is_ok() {
+            for o in &found.tried {
+                let (map, _) = shown(taxel_calibrate::training::train_force(
+                    &clocked(&others)?,
+                    &o.0,
+                ))?;
+                line(
+                    &name_of(&o.0),
+                    o.1,
+                    1.0,
+                    &format!("{:.3}", test(&map, &run.session)?.score(|_| true).rms),
+                );
+            }
+        }
         test(&found.map, &run.session)?.show(&format!("test on {}", run.name));
     }
     let map = &chosen.map;
@@ -465,6 +500,77 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
     Ok(())
 }
 
+/// A run without the readings of its scale after `last` of them.
+fn begun(run: &Session, last: usize) -> Session {
+    let force = run.force.as_ref().and_then(|force| {
+        Series::new(
+            force.times()[..last].to_vec(),
+            force.rows()[..last].to_vec(),
+        )
+    });
+    Session {
+        force,
+        ..run.clone()
+    }
+}
+
+/// The last fifth of the readings of a run is the test, at the times of the readings and at those
+/// when a scale with a clock of its own measured what they show.
+fn last_fifth(run: &Run) -> Shown<()> {
+    let Some(force) = &run.session.force else {
+        return Ok(());
+    };
+    let count = force.times().len() * 4 / 5;
+    let begun = [begun(&run.session, count)];
+    let found = trained(&begun)?;
+    head(
+        &format!(
+            "Force, {}: first 80 % trains, last 20 % tests [N]",
+            run.name
+        ),
+        "rms",
+    );
+    let later = |mut tested: Tested| {
+        tested.errors.drain(..count);
+        tested.deviations.drain(..count);
+        tested.score(|_| true)
+    };
+    if std::env::var("ALL").is_ok() {
+        for o in &found.tried {
+            let (map, _) = shown(taxel_calibrate::training::train_force(
+                &clocked(&begun)?,
+                &o.0,
+            ))?;
+            line(
+                &name_of(&o.0),
+                o.1,
+                1.0,
+                &format!("{:.3}", later(test(&map, &run.session)?).rms),
+            );
+        }
+    }
+    let score = later(test(&found.map, &run.session)?);
+    line(&name_of(&found.options), score, 1.0, "");
+    let Some(clock) = shown(ScaleClock::of(&run.session))? else {
+        return Ok(());
+    };
+    let clocked = Session {
+        scale_clock: Some(clock),
+        ..run.session.clone()
+    };
+    line(
+        "the same, at the times of the measurements",
+        later(test(&found.map, &clocked)?),
+        1.0,
+        "",
+    );
+    println!(
+        "  the scale measures every {:.5} s by its own clock; the age of its readings is {:.3} N rms of them",
+        clock.period, clock.error
+    );
+    Ok(())
+}
+
 /// The last run's second half is the test; memory runs through.
 fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
     let Some((last, before)) = sessions.split_last() else {
@@ -475,13 +581,9 @@ fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
     };
     let half = force.times()[force.times().len() / 2];
     let mut training = before.to_vec();
-    let mut first_half = last.clone();
     let count = force.times().partition_point(|t| *t < half);
-    first_half.force = taxel_calibrate::training::Series::new(
-        force.times()[..count].to_vec(),
-        force.rows()[..count].to_vec(),
-    );
-    training.push(first_half);
+    training.push(begun(last, count));
+    let training = clocked(&training)?;
     let candidates = shown(usual_candidates(&training))?;
     let memoryless: Vec<ForceOptions> = candidates
         .iter()

@@ -7,8 +7,8 @@ use super::{compared, failed, sessions, weighed};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
-    AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, Score, Series,
-    Session, compared_forces, trained_components, usual_candidates,
+    AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, ScaleClock, Score,
+    Series, Session, compared_forces, trained_components, usual_candidates,
 };
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
@@ -52,7 +52,13 @@ pub(super) fn train(
     }
     enough(&runs, found)?;
     let failed = |error| failed(&last.name, &error);
-    let sessions = sessions(&runs);
+    let mut sessions = sessions(&runs);
+    for (session, run) in sessions.iter_mut().zip(&runs) {
+        session.scale_clock = ScaleClock::of(session).map_err(failed)?;
+        found
+            .remarks
+            .extend(session.scale_clock.map(|clock| of_clock(&run.name, clock)));
+    }
     let candidates = usual_candidates(&sessions).map_err(failed)?;
     let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
     same_clock(&last.name, &sessions, &chosen)?;
@@ -260,13 +266,25 @@ fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
 
+/// What a scale with a clock of its own means for its readings.
+fn of_clock(name: &str, clock: ScaleClock) -> Remark {
+    Remark::whole(format!(
+        "{name}: the scale measures every {:.4} s by a clock of its own, and a reading shows the last measurement, up to {:.2} s \
+         older or younger than on average. The map is trained with the force of the time when it was measured; errors are \
+         those at the times of the readings, of which {:.3} N rms are this age",
+        clock.period,
+        0.5 * clock.period,
+        clock.error
+    ))
+}
+
 /// Candidates that the chosen options won against.
 fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
     let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
     let without = chosen.without_memory.as_ref().map_or(0.0, rms);
     let (options, score) = (&chosen.options, chosen.score());
     Remark::whole(format!(
-        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), scale {:.1} s \
+        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), {}, scale {:.1} s \
          after the sensor; best of {} candidates by the error of held-out {}: live, {:.3} N rms (best without memory {without:.3} N), \
          {:.1} % within the 95 % intervals. In {:.0} % of resamplings of the blocks of time no other degree or memory does \
          better. The readings of the training, replayed live, have {:.4} N rms",
@@ -282,6 +300,14 @@ fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
         options.prior_shares[0],
         options.prior_shares[1],
         options.prior_shares[2],
+        if options.fading.is_finite() {
+            format!(
+                "the weight of a reading falls to 1/e in {} s",
+                options.fading
+            )
+        } else {
+            String::from("all readings count the same")
+        },
         options.offset,
         chosen.tried.len(),
         if runs > 1 {

@@ -7,6 +7,7 @@
 
 mod across;
 mod blocks;
+mod candidates;
 mod compare;
 mod force;
 mod nearest;
@@ -14,11 +15,13 @@ mod network;
 mod position;
 mod relation;
 mod replay;
+mod scale_clock;
 mod series;
 mod session;
 
-pub use across::{AcrossRuns, usual_candidates};
+pub use across::AcrossRuns;
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
+pub use candidates::usual_candidates;
 pub use compare::{Compared, compared_forces, compared_places};
 pub use force::{
     ForceOptions, HeldOutForce, TrainedComponent, TrainingRun, features_of, train_force,
@@ -29,6 +32,7 @@ pub(crate) use position::{HELD_OUT, trained_position};
 pub use position::{PositionOptions, train_position};
 pub(crate) use relation::trained_relation;
 pub(crate) use replay::{REST_FRAMES, replayed};
+pub use scale_clock::ScaleClock;
 pub use series::Series;
 pub(crate) use session::CONTACT_SHARE;
 pub use session::{STANDARD_GRAVITY, Session};
