@@ -469,21 +469,10 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
             .collect();
         let found = trained(&others)?;
         println!("  {}", name_of(&found.options));
-        if std::env::var("ALL").is_ok() {
-            for o in &found.tried {
-                let (map, _) = shown(taxel_calibrate::training::train_force(
-                    &clocked(&others)?,
-                    &o.0,
-                ))?;
-                line(
-                    &name_of(&o.0),
-                    o.1,
-                    1.0,
-                    &format!("{:.3}", test(&map, &run.session)?.score(|_| true).rms),
-                );
-            }
-        }
         test(&found.map, &run.session)?.show(&format!("test on {}", run.name));
+        let others = (0..runs.len()).filter(|i| *i != held);
+        let others: Vec<(&Run, f64)> = others.map(|i| (runs[i], f64::INFINITY)).collect();
+        live("    live", &others, run, f64::NEG_INFINITY)?;
     }
     let map = &chosen.map;
     let mut estimator = shown(ForceEstimator::new(map.clone(), first.baseline()))?;
@@ -535,22 +524,10 @@ fn last_fifth(run: &Run) -> Shown<()> {
         tested.deviations.drain(..count);
         tested.score(|_| true)
     };
-    if std::env::var("ALL").is_ok() {
-        for o in &found.tried {
-            let (map, _) = shown(taxel_calibrate::training::train_force(
-                &clocked(&begun)?,
-                &o.0,
-            ))?;
-            line(
-                &name_of(&o.0),
-                o.1,
-                1.0,
-                &format!("{:.3}", later(test(&map, &run.session)?).rms),
-            );
-        }
-    }
     let score = later(test(&found.map, &run.session)?);
     line(&name_of(&found.options), score, 1.0, "");
+    let end = force.times()[count];
+    live("the same, live", &[(run, end)], run, end)?;
     let Some(clock) = shown(ScaleClock::of(&run.session))? else {
         return Ok(());
     };
@@ -568,6 +545,26 @@ fn last_fifth(run: &Run) -> Shown<()> {
         "  the scale measures every {:.5} s by its own clock; the age of its readings is {:.3} N rms of them",
         clock.period, clock.error
     );
+    Ok(())
+}
+
+/// The line of the force that live gives of a run from a time on, s, at the readings of its scale.
+fn live(name: &str, training: &[(&Run, f64)], tested: &Run, from: f64) -> Shown<()> {
+    let estimates = crate::live::forces(training, tested)?;
+    let reach = tested.session.sensor.longest_step();
+    let readings = tested
+        .session
+        .force
+        .iter()
+        .flat_map(|force| force.times().iter().zip(force.rows()));
+    let (mut errors, mut deviations) = (Vec::new(), Vec::new());
+    for (time, force) in readings.filter(|(time, _)| **time >= from) {
+        if let Some(&[value, deviation]) = estimates.at(*time, reach).as_deref() {
+            errors.push(value - force[0]);
+            deviations.push(deviation);
+        }
+    }
+    line(name, Score::of(&errors, &deviations), 1.0, "");
     Ok(())
 }
 
