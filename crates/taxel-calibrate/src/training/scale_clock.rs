@@ -30,6 +30,8 @@ const PERIODS: [f64; 2] = [0.9, 1.1];
 const FINENESS: f64 = 4.0;
 /// Steps of a period and of a frequency in which the sawtooth is fitted.
 const STEPS: i32 = 40;
+/// A sawtooth of fewer teeth is no clock, but drift of the delay.
+const FEWEST_TEETH: f64 = 3.0;
 /// Fewest readings.
 const FEWEST: usize = 100;
 /// The clock leaves less than this share of the mean square error, or is none.
@@ -79,11 +81,16 @@ impl ScaleClock {
         steps.sort_by(f64::total_cmp);
         let usual = steps[steps.len() / 2];
         let step = 1.0 / (FINENESS * span);
+        // A delay that stays the same is none of the clock's.
+        let products = |of: &[f64]| of.iter().zip(slopes).map(|(a, b)| a * b).sum::<f64>();
+        let delay = products(errors) / products(slopes);
+        let rows = errors.iter().zip(slopes);
+        let errors: Vec<f64> = rows.map(|(error, slope)| error - delay * slope).collect();
         let [lowest, highest] = [1.0 / (PERIODS[1] * usual), 1.0 / (PERIODS[0] * usual)];
         // A sine of each frequency times the slopes: the first of the sawtooth's.
         let gain = |frequency: f64| {
             let (mut gram, mut moment) = ([0.0; 3], [0.0; 2]);
-            for ((time, error), slope) in times.iter().zip(errors).zip(slopes) {
+            for ((time, error), slope) in times.iter().zip(&errors).zip(slopes) {
                 let (sin, cos) = (TAU * frequency * (time - first)).sin_cos();
                 let [sin, cos] = [slope * sin, slope * cos];
                 gram = [
@@ -97,19 +104,32 @@ impl ScaleClock {
             let [s, c] = moment;
             (s * s * cc - 2.0 * s * c * sc + c * c * ss) / (ss * cc - sc * sc)
         };
-        let count = ((highest - lowest) / step) as usize;
-        let (_, frequency) = (0..=count)
-            .into_par_iter()
-            .map(|number| lowest + number as f64 * step)
-            .map(|frequency| (gain(frequency), frequency))
-            .filter(|(gain, _)| gain.is_finite())
-            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        // Even readings cannot tell a scale that is faster than they are from one that is as much
+        // slower: the age of one grows in a tooth, and falls of the other.
+        let best = |lowest: f64, highest: f64| {
+            let count = ((highest - lowest) / step) as usize;
+            let frequencies = (0..=count).into_par_iter();
+            let gains = frequencies
+                .map(|number| lowest + number as f64 * step)
+                .map(|frequency| (gain(frequency), frequency))
+                .filter(|(gain, _)| gain.is_finite());
+            gains.max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let apart = FEWEST_TEETH / span;
+        let sides = [
+            (lowest, 1.0 / usual - apart),
+            (1.0 / usual + apart, highest),
+        ];
+        let sides = sides.into_iter().filter(|(from, to)| from < to);
+        let sides: Vec<f64> = sides
+            .filter_map(|(from, to)| best(from, to).map(|(_, frequency)| frequency))
+            .collect();
         let left = |clock: &Self| {
-            let rows = times.iter().zip(errors).zip(slopes);
+            let rows = times.iter().zip(&errors).zip(slopes);
             let left = rows.map(|((time, error), slope)| error - slope * clock.age(*time));
             left.map(|error| error * error).sum::<f64>()
         };
-        let of = |fine: i32, phase: i32| {
+        let of = |frequency: f64, fine: i32, phase: i32| {
             let share = |number: i32| f64::from(number) / f64::from(STEPS);
             let period = 1.0 / (frequency + step * (2.0 * share(fine) - 1.0));
             Self {
@@ -118,9 +138,16 @@ impl ScaleClock {
                 error: 0.0,
             }
         };
-        let (least, best) = (0..=STEPS)
+        let (least, best) = sides
             .into_par_iter()
-            .flat_map_iter(|fine| (0..STEPS).map(move |phase| of(fine, phase)))
+            .flat_map(|frequency| {
+                (0..=STEPS)
+                    .into_par_iter()
+                    .map(move |fine| (frequency, fine))
+            })
+            .flat_map_iter(|(frequency, fine)| {
+                (0..STEPS).map(move |phase| of(frequency, fine, phase))
+            })
             .map(|clock| (left(&clock), clock))
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
         let before: f64 = errors.iter().map(|error| error * error).sum();
