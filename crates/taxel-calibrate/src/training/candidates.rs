@@ -43,8 +43,9 @@ const OF_SEVERAL: [Prior; 8] = [
     (10.0, [1.0, 1.0, 1.0]),
 ];
 
-/// Strength of the prior with which a map of one run errs least on the next: of the public
-/// recordings 0.4 and 0.6 N with fading, 0.4 and 0.5 N without.
+/// Strength of the prior that a map of one run has unless a weaker one is clearly better. It was chosen
+/// on the two public force runs, between the rest of a run, which asks for a weaker one, and the
+/// next run, which asks for a stronger one.
 pub(super) fn firm(fading: f64) -> f64 {
     if fading.is_finite() { 2.0 } else { 10.0 }
 }
