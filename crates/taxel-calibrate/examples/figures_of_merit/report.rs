@@ -350,8 +350,8 @@ fn name_of(options: &ForceOptions) -> String {
         ""
     };
     format!(
-        "degree {}, creep {:?} s{products}, prior {} x (1, {own}, {memory}, {mixed}), fading {} s",
-        options.polynomial.degree, options.memory.creep_times, options.prior, options.fading
+        "degree {}, creep {:?} s{products}, prior {} x (1, {own}, {memory}, {mixed})",
+        options.polynomial.degree, options.memory.creep_times, options.prior
     )
 }
 

@@ -284,7 +284,7 @@ fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
     let without = chosen.without_memory.as_ref().map_or(0.0, rms);
     let (options, score) = (&chosen.options, chosen.score());
     Remark::whole(format!(
-        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), {}, scale {:.1} s \
+        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), scale {:.1} s \
          after the sensor; best of {} candidates by the error of held-out {}: live, {:.3} N rms (best without memory {without:.3} N), \
          {:.1} % within the 95 % intervals. In {:.0} % of resamplings of the blocks of time no other degree or memory does \
          better. The readings of the training, replayed live, have {:.4} N rms",
@@ -300,14 +300,6 @@ fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
         options.prior_shares[0],
         options.prior_shares[1],
         options.prior_shares[2],
-        if options.fading.is_finite() {
-            format!(
-                "the weight of a reading falls to 1/e in {} s",
-                options.fading
-            )
-        } else {
-            String::from("all readings count the same")
-        },
         options.offset,
         chosen.tried.len(),
         if runs > 1 {

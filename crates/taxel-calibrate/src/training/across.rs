@@ -8,13 +8,13 @@
 
 use rayon::prelude::*;
 use taxel::trained::{
-    BetweenRuns, ForceMap, Intervals, Relation, Rest, TrainedMaps, TrainingError,
+    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, TrainedMaps,
+    TrainingError,
 };
 use taxel_numerics::split_mix;
 
-use super::candidates::firm;
 use super::force::{
-    blocks_of, features_of, intervals_of, known_before, moments_of, moments_together, trained_force,
+    blocks_of, features_of, intervals_of, known_before, moments_of, moments_of_all, trained_force,
 };
 use super::{ForceOptions, HeldOutForce, Score, Series, Session, blocks_of_time, replayed};
 
@@ -80,9 +80,6 @@ const PARTS: usize = 5;
 const NO_WORSE: f64 = 1.05;
 /// Resamplings.
 const RESAMPLED: u64 = 400;
-/// A prior of one run that is weaker than the first must leave less than this share of the mean
-/// square error: then the body is as simple as the map, and the prior is what errs.
-const CLEARLY_LESS: f64 = 0.5;
 
 impl AcrossRuns {
     /// The candidate of least error on what is held out: blocks of time, and where there are
@@ -137,10 +134,7 @@ impl AcrossRuns {
                 scaled.collect()
             })
             .collect();
-        let weak = |number: usize| {
-            let options = &trained[number].options;
-            runs.len() == 1 && options.prior < firm(options.fading)
-        };
+        let weak = |number: usize| runs.len() == 1 && trained[number].options.prior < FIRST.0;
         let error = |number: usize| {
             let share = if weak(number) { CLEARLY_LESS } else { 1.0 };
             mean(&parts[number]) / share
@@ -160,8 +154,7 @@ impl AcrossRuns {
         let options = |number: usize| &trained[number].options;
         let alike = |number: usize| {
             let (own, best) = (options(number), options(best));
-            let weighing = (own.fading, own.prior_shares);
-            own.same_form(best) && weighing == (best.fading, best.prior_shares)
+            own.same_form(best) && own.prior_shares == best.prior_shares
         };
         let firmest = (0..trained.len())
             .filter(|number| alike(*number) && as_good(*number))
@@ -197,7 +190,8 @@ impl AcrossRuns {
             .map(|run| features_of(map, run))
             .collect::<Result<_, TrainingError>>()?;
         let blocks = blocks_of(&readings, options);
-        let parts = moments_of(&readings, &blocks, options.fading)?;
+        let parts = moments_of(&readings, &blocks)?;
+        let all = moments_of_all(&parts)?;
         // Deviations without what the held-out rows have yet to say.
         let bare = |ridge| ForceMap {
             ridge,
@@ -229,9 +223,10 @@ impl AcrossRuns {
         let found: Vec<HeldOutForce> = blocks
             .par_iter()
             .enumerate()
-            .filter_map(|(number, block)| Some((block, known_before(&blocks, number)?)))
+            .filter_map(|(number, block)| {
+                Some((block, known_before(&blocks, &parts, &all, number)?))
+            })
             .map(|(block, known)| {
-                let known = moments_together(&readings, (&blocks, &parts), &known, options.fading)?;
                 let ridge = options.ridge(&known, map)?;
                 let estimates = played(bare(ridge), block.run)?;
                 let run = &readings[block.run];
@@ -348,7 +343,7 @@ fn widened(
     }
 }
 
-pub(super) fn mean(values: &[f64]) -> f64 {
+fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
@@ -391,6 +386,176 @@ fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
     let xy: f64 = points.map(|point| (point[0] - x) * (point[1] - y)).sum();
     let slope = if xx > 0.0 { xy / xx } else { 0.0 };
     [y - slope * x, slope]
+}
+
+/// Times of creep that are tried, s.
+const CREEP: [&[f64]; 5] = [
+    &[],
+    &[1.0, 10.0],
+    &[1.0, 10.0, 100.0],
+    &[1.0, 3.0, 10.0, 30.0, 100.0],
+    &[1.0, 3.0, 10.0, 30.0, 100.0, 300.0],
+];
+/// Directions of the body whose products with their creep are tried.
+const DIRECTIONS: usize = 3;
+/// A prior of the products, and the shares of it of the channels, of the memory and of the
+/// products with it.
+type Prior = (f64, [f64; 3]);
+/// Prior of all forms, and those beside it for the best forms. Blocks of one run resemble
+/// each other more than the next run does: of one run the weakest would be chosen, and err on
+/// the next.
+const FIRST: Prior = (10.0, [1.0, 1.0, 1.0]);
+const OF_ONE: [Prior; 4] = [
+    (0.1, [1.0, 1.0, 1.0]),
+    (1.0, [1.0, 1.0, 1.0]),
+    (30.0, [1.0, 1.0, 1.0]),
+    (100.0, [1.0, 1.0, 1.0]),
+];
+/// A prior of one run that is weaker than the first must leave less than this share of the mean
+/// square error: then the body is as simple as the map, and the prior is what errs.
+const CLEARLY_LESS: f64 = 0.5;
+const OF_SEVERAL: [Prior; 8] = [
+    (1.0, [1.0, 1.0, 1.0]),
+    (3.0, [1.0, 1.0, 1.0]),
+    (10.0, [1.0, 0.3, 0.3]),
+    (10.0, [1.0, 0.1, 1.0]),
+    (30.0, [1.0, 1.0, 1.0]),
+    (30.0, [1.0, 0.3, 0.3]),
+    (30.0, [1.0, 0.1, 0.1]),
+    (100.0, [1.0, 1.0, 1.0]),
+];
+/// Forms whose other priors are tried.
+const BEST_FORMS: usize = 2;
+/// Forms that are compared to the end.
+const KEPT_FORMS: usize = 6;
+/// Another time between scale and sensor than none must leave less than this share of the mean
+/// square error: a map with memory makes up for a scale that is a little late, and its force is
+/// then what the scale shows at the time of the frame.
+const CLEARLY_LATE: f64 = 0.7;
+
+/// Products, creep times and priors that are tried for a force: all forms with one prior, the
+/// best six and the best without memory to the end, and the best two with more priors. The scale is
+/// taken to show the force of its time, unless a time from −0.5 s to 1.5 s after the sensor leaves
+/// clearly less error of maps with memory, of a strong and of a weak prior.
+///
+/// # Errors
+/// [`TrainingError`].
+pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingError> {
+    let error = |options: &ForceOptions| -> Result<f64, TrainingError> {
+        let (_, held_out) = trained_force(runs, options)?;
+        let squares: Vec<f64> = held_out.errors.iter().map(|error| error * error).collect();
+        Ok(mean(&squares))
+    };
+    let late = |prior: Prior| -> Result<f64, TrainingError> {
+        let tried: Vec<(f64, f64)> = (-5..=15)
+            .into_par_iter()
+            .map(|tenths| {
+                let offset = 0.1 * f64::from(tenths);
+                Ok((error(&options(1, CREEP[2], prior, offset))?, offset))
+            })
+            .collect::<Result<_, TrainingError>>()?;
+        let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
+        Ok(match (least, prompt) {
+            (Some((least, offset)), Some((prompt, _))) if *least < CLEARLY_LATE * prompt => *offset,
+            _ => 0.0,
+        })
+    };
+    // What a strong prior keeps back, and what a weak one makes of noise, are no delay.
+    let [one, other] = [late(FIRST)?, late(OF_ONE[0])?];
+    let offset = if one.abs() < other.abs() { one } else { other };
+    let shapes: &[(u8, bool)] = if one_sided(runs) {
+        &[(1, false), (2, false), (1, true), (2, true)]
+    } else {
+        &[(1, false), (2, false)]
+    };
+    // What takes longer than a run is not seen in it.
+    let length = |run: &Session| {
+        let times = run.sensor.times();
+        times[times.len() - 1] - times[0]
+    };
+    let longest = runs.iter().map(length).fold(0.0, f64::max);
+    let seen = |creep: &[f64]| -> Vec<f64> {
+        creep
+            .iter()
+            .copied()
+            .filter(|time| *time <= longest)
+            .collect()
+    };
+    let mut creep_times: Vec<Vec<f64>> = CREEP.map(seen).to_vec();
+    creep_times.dedup();
+    let memories = creep_times.iter().flat_map(|creep| {
+        let directions = [0, if creep.is_empty() { 0 } else { DIRECTIONS }];
+        let count = 1 + usize::from(!creep.is_empty());
+        directions
+            .into_iter()
+            .take(count)
+            .map(move |mixed| (creep, mixed))
+    });
+    let forms: Vec<ForceOptions> = memories
+        .flat_map(|(creep, mixed)| {
+            shapes.iter().map(move |(degree, reciprocal)| ForceOptions {
+                reciprocal: *reciprocal,
+                mixed,
+                ..options(*degree, creep, FIRST, offset)
+            })
+        })
+        .collect();
+    let mut order: Vec<(f64, ForceOptions)> = forms
+        .into_par_iter()
+        .map(|form| Ok((error(&form)?, form)))
+        .collect::<Result<_, TrainingError>>()?;
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let more: &[Prior] = if runs.len() > 1 { &OF_SEVERAL } else { &OF_ONE };
+    let memoryless = |form: &ForceOptions| form.memory.creep_times.is_empty();
+    let without = order.iter().position(|(_, form)| memoryless(form));
+    let mut all = Vec::new();
+    for (rank, (_, form)) in order.into_iter().enumerate() {
+        if rank >= KEPT_FORMS && Some(rank) != without {
+            continue;
+        }
+        let more = if rank < BEST_FORMS { more } else { &[] };
+        let others = more.iter().map(|(prior, prior_shares)| ForceOptions {
+            prior: *prior,
+            prior_shares: *prior_shares,
+            ..form.clone()
+        });
+        let others: Vec<ForceOptions> = others.collect();
+        all.push(form);
+        all.extend(others);
+    }
+    Ok(all)
+}
+
+/// Readings stay this far from zero, over those at rest, where reciprocals are tried.
+const FROM_ZERO: f64 = 0.02;
+
+/// True if no reading of any channel that changes comes near to zero or changes its sign.
+fn one_sided(runs: &[Session]) -> bool {
+    runs.iter().all(|run| {
+        let rest = run.baseline();
+        let far = |row: &Vec<f64>| {
+            let mut channels = row.iter().zip(&rest);
+            channels.all(|(x, b)| x.is_nan() || (*x == 0.0 && *b == 0.0) || x / b > FROM_ZERO)
+        };
+        run.sensor.rows().iter().all(far)
+    })
+}
+
+fn options(degree: u8, creep_times: &[f64], prior: Prior, offset: f64) -> ForceOptions {
+    let (prior, prior_shares) = prior;
+    ForceOptions {
+        polynomial: Polynomial { degree },
+        memory: MemoryLaw {
+            creep_times: creep_times.to_vec(),
+            play_thresholds: Vec::new(),
+        },
+        prior,
+        prior_shares,
+        offset,
+        whole_runs: true,
+        ..ForceOptions::default()
+    }
 }
 
 #[cfg(test)]

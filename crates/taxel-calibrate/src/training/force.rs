@@ -26,9 +26,6 @@ pub struct ForceOptions {
     pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Time in which the weight of a reading falls to 1/e, s: a body changes, and what comes is like
-    /// what was last; default infinite, all readings count the same.
-    pub fading: f64,
     /// Blocks of time of each run; each but the first two of five is held out in turn.
     pub blocks: usize,
     /// True if whole runs are held out in turn instead, if there are several.
@@ -48,7 +45,6 @@ impl Default for ForceOptions {
             prior: 1.0,
             prior_shares: [1.0; 3],
             offset: 0.0,
-            fading: f64::INFINITY,
             blocks: 5,
             whole_runs: false,
         }
@@ -319,71 +315,50 @@ pub(super) fn blocks_of(runs: &[TrainingRun], options: &ForceOptions) -> Vec<Blo
     blocks.filter(|block| !block.rows.is_empty()).collect()
 }
 
-/// Moments of each block, weighted by the time before its last reading.
+/// Moments of each block.
 pub(super) fn moments_of(
     runs: &[TrainingRun],
     blocks: &[Block],
-    fading: f64,
 ) -> Result<Vec<Moments>, TrainingError> {
     let of = |block: &Block| {
         let run = &runs[block.run];
-        let times = &run.times[block.rows.clone()];
-        let last = times[times.len() - 1];
-        let weight = |row: usize| ((times[row] - last) / fading).exp();
         let rows = block.rows.clone();
-        Moments::weighted(&run.learned()[rows.clone()], &run.force[rows], weight)
+        Moments::of(&run.learned()[rows.clone()], &run.force[rows])
     };
     blocks.iter().map(of).collect()
 }
 
-/// Moments of the blocks of these numbers together: in each run those of long before its last count
-/// for less.
-pub(super) fn moments_together(
-    runs: &[TrainingRun],
-    (blocks, parts): (&[Block], &[Moments]),
-    numbers: &[usize],
-    fading: f64,
-) -> Result<Moments, TrainingError> {
-    let end = |number: usize| runs[blocks[number].run].times[blocks[number].rows.end - 1];
-    let last = |run: usize| {
-        let own = numbers.iter().filter(|number| blocks[**number].run == run);
-        own.map(|number| end(*number)).fold(f64::MIN, f64::max)
-    };
-    let faded = |number: &usize| {
-        let before = last(blocks[*number].run) - end(*number);
-        parts[*number].scaled((-before / fading).exp())
-    };
-    let rows = numbers
-        .iter()
-        .map(|number| blocks[*number].rows.len())
-        .sum();
-    let together = numbers
-        .iter()
-        .map(faded)
-        .reduce(|sum, part| sum.with(&part));
-    let together = together.ok_or(TrainingError::TooFew {
+/// Moments of all blocks together.
+pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError> {
+    let (first, rest) = parts.split_first().ok_or(TrainingError::TooFew {
         found: 0,
         needed: 2,
     })?;
-    Ok(together.of_rows(rows))
+    Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
 }
 
 /// Share of the blocks of a run that are only learned from.
 const LEARNED_FROM: f64 = 0.4;
 
-/// The numbers of the blocks that a block is predicted from: those of all other runs, and of its own
-/// run the blocks before. A live device comes after its training, too. None for the first blocks of a
+/// The moments that a block is predicted from: those of all other runs, and of its own run of the
+/// blocks before. A live device comes after its training, too. None for the first blocks of a
 /// run; a run that is one block is predicted from the others.
-pub(super) fn known_before(blocks: &[Block], number: usize) -> Option<Vec<usize>> {
+pub(super) fn known_before(
+    blocks: &[Block],
+    parts: &[Moments],
+    all: &Moments,
+    number: usize,
+) -> Option<Moments> {
     let run = blocks[number].run;
-    let of_run = |at: &usize| blocks[*at].run == run;
-    let own: Vec<usize> = (0..blocks.len()).filter(of_run).collect();
+    let own: Vec<usize> = (0..blocks.len())
+        .filter(|at| blocks[*at].run == run)
+        .collect();
     let first = (LEARNED_FROM * own.len() as f64) as usize;
     if own.len() > 1 && own[..first.max(1)].contains(&number) {
         return None;
     }
-    let known = (0..blocks.len()).filter(|at| !of_run(at) || *at < number);
-    Some(known.collect())
+    let unseen = own.into_iter().filter(|at| *at >= number);
+    Some(unseen.fold(all.clone(), |known, at| known.without(&parts[at])))
 }
 
 /// Fits the weights, and estimates the blocks of time that are held out.
@@ -393,15 +368,14 @@ fn fit(
     options: &ForceOptions,
 ) -> Result<HeldOutForce, TrainingError> {
     let blocks = blocks_of(runs, options);
-    let parts = moments_of(runs, &blocks, options.fading)?;
-    let moments =
-        |numbers: &[usize]| moments_together(runs, (&blocks, &parts), numbers, options.fading);
+    let parts = moments_of(runs, &blocks)?;
+    let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
     for (number, block) in blocks.iter().enumerate() {
-        let Some(known) = known_before(&blocks, number) else {
+        let Some(known) = known_before(&blocks, &parts, &all, number) else {
             continue;
         };
-        map.ridge = options.ridge(&moments(&known)?, map)?;
+        map.ridge = options.ridge(&known, map)?;
         let run = &runs[block.run];
         for row in block.rows.clone() {
             let (estimate, variance, leverage) = map.raw(&run.features[row]);
@@ -413,8 +387,7 @@ fn fit(
             held_out.leverage = held_out.leverage.max(leverage);
         }
     }
-    let all: Vec<usize> = (0..blocks.len()).collect();
-    map.ridge = options.ridge(&moments(&all)?, map)?;
+    map.ridge = options.ridge(&all, map)?;
     Ok(held_out)
 }
 
@@ -456,16 +429,14 @@ pub fn trained_components(
             continue;
         }
         let blocks = blocks_of(&readings, options);
-        let parts = moments_of(&readings, &blocks, options.fading)?;
-        let moments = |numbers: &[usize]| {
-            moments_together(&readings, (&blocks, &parts), numbers, options.fading)
-        };
+        let parts = moments_of(&readings, &blocks)?;
+        let all = moments_of_all(&parts)?;
         let (mut errors, mut deviations) = (Vec::new(), Vec::new());
         for (number, block) in blocks.iter().enumerate() {
-            let Some(known) = known_before(&blocks, number) else {
+            let Some(known) = known_before(&blocks, &parts, &all, number) else {
                 continue;
             };
-            let ridge = options.ridge(&moments(&known)?, map)?;
+            let ridge = options.ridge(&known, map)?;
             let run = &readings[block.run];
             for row in block.rows.clone() {
                 let features = &run.features[row];
@@ -474,14 +445,13 @@ pub fn trained_components(
                 deviations.push(variance.sqrt());
             }
         }
-        let all: Vec<usize> = (0..blocks.len()).collect();
         let forces = readings.iter().flat_map(|run| &run.force);
         let interval_factor = interval_factor(&errors, &deviations);
         found.push(TrainedComponent {
             largest: forces.fold(0.0, |most: f64, force| most.max(force.abs())),
             map: ComponentMap {
                 component,
-                ridge: options.ridge(&moments(&all)?, map)?,
+                ridge: options.ridge(&all, map)?,
                 interval_factor,
             },
             deviations: deviations.iter().map(|one| interval_factor * one).collect(),

@@ -7,7 +7,6 @@
 
 mod across;
 mod blocks;
-mod candidates;
 mod compare;
 mod force;
 mod nearest;
@@ -19,9 +18,8 @@ mod scale_clock;
 mod series;
 mod session;
 
-pub use across::AcrossRuns;
+pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use candidates::usual_candidates;
 pub use compare::{Compared, compared_forces, compared_places};
 pub use force::{
     ForceOptions, HeldOutForce, TrainedComponent, TrainingRun, features_of, train_force,

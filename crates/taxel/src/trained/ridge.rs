@@ -10,7 +10,7 @@
 //! block of rows can be taken away again: leaving a block out is exact.
 
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Scale, Side};
+use faer::{Mat, Side};
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::dot;
@@ -33,32 +33,16 @@ impl Moments {
     /// # Errors
     /// [`TrainingError::TooFew`] without rows.
     pub fn of(features: &[Vec<f64>], target: &[f64]) -> Result<Self, TrainingError> {
-        Self::weighted(features, target, |_| 1.0)
-    }
-
-    /// The same where row i counts for `weight(i)` rows.
-    ///
-    /// # Errors
-    /// As [`Self::of`].
-    pub fn weighted(
-        features: &[Vec<f64>],
-        target: &[f64],
-        weight: impl Fn(usize) -> f64,
-    ) -> Result<Self, TrainingError> {
         let Some(first) = features.first() else {
             return Err(TrainingError::TooFew {
                 found: 0,
                 needed: 1,
             });
         };
-        let weights: Vec<f64> = (0..features.len()).map(weight).collect();
-        let roots: Vec<f64> = weights.iter().map(|weight| weight.sqrt()).collect();
-        let design = Mat::from_fn(features.len(), first.len(), |i, j| {
-            roots[i] * features[i][j]
-        });
-        let target = Mat::from_fn(features.len(), 1, |i, _| roots[i] * target[i]);
+        let design = Mat::from_fn(features.len(), first.len(), |i, j| features[i][j]);
+        let target = Mat::from_fn(features.len(), 1, |i, _| target[i]);
         Ok(Self {
-            rows: weights.iter().sum(),
+            rows: features.len() as f64,
             gram: design.transpose() * &design,
             moment: design.transpose() * &target,
             square: target.squared_norm_l2(),
@@ -74,24 +58,6 @@ impl Moments {
             moment: &self.moment + &other.moment,
             square: self.square + other.square,
         }
-    }
-
-    /// Moments of rows that count for `weight` times as many.
-    #[must_use]
-    pub fn scaled(&self, weight: f64) -> Self {
-        let factor = Scale(weight);
-        Self {
-            rows: weight * self.rows,
-            gram: factor * &self.gram,
-            moment: factor * &self.moment,
-            square: weight * self.square,
-        }
-    }
-
-    /// The same with weights that are one on average, of `rows` rows.
-    #[must_use]
-    pub fn of_rows(&self, rows: usize) -> Self {
-        self.scaled(rows as f64 / self.rows)
     }
 
     /// Moments without the rows of `part`, which must be among them.
