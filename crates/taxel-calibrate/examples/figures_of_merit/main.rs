@@ -10,6 +10,7 @@
 //! channels belong together.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod live;
 mod report;
 mod simulated;
 
@@ -22,6 +23,7 @@ use taxel_calibrate::training::{Series, Session};
 /// A run with the path that names it.
 struct Run {
     name: String,
+    path: PathBuf,
     session: Session,
 }
 
@@ -90,6 +92,7 @@ fn read(root: &Path, path: &Path) -> Result<Run, String> {
     let name = path.strip_prefix(root).unwrap_or(path);
     Ok(Run {
         name: taxel::shown::path(name),
+        path: path.to_owned(),
         session: Session::new(&file, sensor, &stage).map_err(|error| error.to_string())?,
     })
 }

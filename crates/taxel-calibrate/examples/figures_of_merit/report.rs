@@ -8,8 +8,8 @@ use taxel::trained::{
     Ridge, Standard, Support, TrainingError,
 };
 use taxel_calibrate::training::{
-    AcrossRuns, ForceOptions, Nearest, PositionOptions, Score, Session, features_of,
-    interval_factor, train_position, usual_candidates,
+    AcrossRuns, ForceOptions, Nearest, PositionOptions, ScaleClock, Score, Series, Session,
+    features_of, interval_factor, train_position, usual_candidates,
 };
 
 use crate::Run;
@@ -324,15 +324,33 @@ fn microseconds(frames: usize, mut estimate: impl FnMut(usize) -> f64) -> f64 {
 
 // ------------------------------------------------------------------- force
 
+/// The runs with the clocks of their scales.
+fn clocked(runs: &[Session]) -> Shown<Vec<Session>> {
+    let of = |run: &Session| {
+        Ok(Session {
+            scale_clock: shown(ScaleClock::of(run))?,
+            ..run.clone()
+        })
+    };
+    runs.iter().map(of).collect()
+}
+
 /// The map that `taxel calibrate` makes of these runs.
 fn trained(runs: &[Session]) -> Shown<AcrossRuns> {
+    let runs = &clocked(runs)?;
     let candidates = shown(usual_candidates(runs))?;
     shown(AcrossRuns::choose(runs, &candidates))
 }
 
 fn name_of(options: &ForceOptions) -> String {
+    let [own, memory, mixed] = options.prior_shares;
+    let products = if options.mixed > 0 {
+        " with products"
+    } else {
+        ""
+    };
     format!(
-        "degree {}, creep {:?} s, prior {}",
+        "degree {}, creep {:?} s{products}, prior {} x (1, {own}, {memory}, {mixed})",
         options.polynomial.degree, options.memory.creep_times, options.prior
     )
 }
@@ -357,7 +375,7 @@ fn test(map: &ForceMap, session: &Session) -> Shown<Tested> {
         truth: rows.force.clone(),
         outside: 0,
     };
-    for ((row, force), time) in rows.features.iter().zip(&rows.force).zip(&rows.times) {
+    for ((row, force), time) in rows.learned().iter().zip(&rows.force).zip(&rows.times) {
         let estimate = map.estimate(row);
         tested.errors.push(estimate.value - force);
         tested.deviations.push(estimate.deviation);
@@ -436,6 +454,9 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
         let note = if best { "chosen" } else { "" };
         line(&name_of(options), *score, 1.0, note);
     }
+    for run in runs {
+        last_fifth(run)?;
+    }
     head("Force, last half of the last run held out [N]", "rms");
     last_half(&sessions, page)?;
     if runs.len() > 1 {
@@ -449,6 +470,9 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
         let found = trained(&others)?;
         println!("  {}", name_of(&found.options));
         test(&found.map, &run.session)?.show(&format!("test on {}", run.name));
+        let others = (0..runs.len()).filter(|i| *i != held);
+        let others: Vec<(&Run, f64)> = others.map(|i| (runs[i], f64::INFINITY)).collect();
+        live("    live", &others, run, f64::NEG_INFINITY)?;
     }
     let map = &chosen.map;
     let mut estimator = shown(ForceEstimator::new(map.clone(), first.baseline()))?;
@@ -465,6 +489,85 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
     Ok(())
 }
 
+/// A run without the readings of its scale after `last` of them.
+fn begun(run: &Session, last: usize) -> Session {
+    let force = run.force.as_ref().and_then(|force| {
+        Series::new(
+            force.times()[..last].to_vec(),
+            force.rows()[..last].to_vec(),
+        )
+    });
+    Session {
+        force,
+        ..run.clone()
+    }
+}
+
+/// The last fifth of the readings of a run is the test, at the times of the readings and at those
+/// when a scale with a clock of its own measured what they show.
+fn last_fifth(run: &Run) -> Shown<()> {
+    let Some(force) = &run.session.force else {
+        return Ok(());
+    };
+    let count = force.times().len() * 4 / 5;
+    let begun = [begun(&run.session, count)];
+    let found = trained(&begun)?;
+    head(
+        &format!(
+            "Force, {}: first 80 % trains, last 20 % tests [N]",
+            run.name
+        ),
+        "rms",
+    );
+    let later = |mut tested: Tested| {
+        tested.errors.drain(..count);
+        tested.deviations.drain(..count);
+        tested.score(|_| true)
+    };
+    let score = later(test(&found.map, &run.session)?);
+    line(&name_of(&found.options), score, 1.0, "");
+    let end = force.times()[count];
+    live("the same, live", &[(run, end)], run, end)?;
+    let Some(clock) = shown(ScaleClock::of(&run.session))? else {
+        return Ok(());
+    };
+    let clocked = Session {
+        scale_clock: Some(clock),
+        ..run.session.clone()
+    };
+    line(
+        "the same, at the times of the measurements",
+        later(test(&found.map, &clocked)?),
+        1.0,
+        "",
+    );
+    println!(
+        "  the scale measures every {:.5} s by its own clock; the age of its readings is {:.3} N rms of them",
+        clock.period, clock.error
+    );
+    Ok(())
+}
+
+/// The line of the force that live gives of a run from a time on, s, at the readings of its scale.
+fn live(name: &str, training: &[(&Run, f64)], tested: &Run, from: f64) -> Shown<()> {
+    let estimates = crate::live::forces(training, tested)?;
+    let reach = tested.session.sensor.longest_step();
+    let readings = tested
+        .session
+        .force
+        .iter()
+        .flat_map(|force| force.times().iter().zip(force.rows()));
+    let (mut errors, mut deviations) = (Vec::new(), Vec::new());
+    for (time, force) in readings.filter(|(time, _)| **time >= from) {
+        if let Some(&[value, deviation]) = estimates.at(*time, reach).as_deref() {
+            errors.push(value - force[0]);
+            deviations.push(deviation);
+        }
+    }
+    line(name, Score::of(&errors, &deviations), 1.0, "");
+    Ok(())
+}
+
 /// The last run's second half is the test; memory runs through.
 fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
     let Some((last, before)) = sessions.split_last() else {
@@ -475,13 +578,9 @@ fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
     };
     let half = force.times()[force.times().len() / 2];
     let mut training = before.to_vec();
-    let mut first_half = last.clone();
     let count = force.times().partition_point(|t| *t < half);
-    first_half.force = taxel_calibrate::training::Series::new(
-        force.times()[..count].to_vec(),
-        force.rows()[..count].to_vec(),
-    );
-    training.push(first_half);
+    training.push(begun(last, count));
+    let training = clocked(&training)?;
     let candidates = shown(usual_candidates(&training))?;
     let memoryless: Vec<ForceOptions> = candidates
         .iter()

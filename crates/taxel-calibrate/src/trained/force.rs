@@ -7,8 +7,8 @@ use super::{compared, failed, sessions, weighed};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
-    AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, Score, Series,
-    Session, compared_forces, trained_components, usual_candidates,
+    AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, ScaleClock, Score,
+    Series, Session, compared_forces, trained_components, usual_candidates,
 };
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
@@ -52,7 +52,13 @@ pub(super) fn train(
     }
     enough(&runs, found)?;
     let failed = |error| failed(&last.name, &error);
-    let sessions = sessions(&runs);
+    let mut sessions = sessions(&runs);
+    for (session, run) in sessions.iter_mut().zip(&runs) {
+        session.scale_clock = ScaleClock::of(session).map_err(failed)?;
+        found
+            .remarks
+            .extend(session.scale_clock.map(|clock| of_clock(&run.name, clock)));
+    }
     let candidates = usual_candidates(&sessions).map_err(failed)?;
     let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
     same_clock(&last.name, &sessions, &chosen)?;
@@ -258,6 +264,18 @@ fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
         count * 7 / 12
     };
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
+}
+
+/// What a scale with a clock of its own means for its readings.
+fn of_clock(name: &str, clock: ScaleClock) -> Remark {
+    Remark::whole(format!(
+        "{name}: the scale measures every {:.4} s by a clock of its own, and a reading shows the last measurement, up to {:.2} s \
+         older or younger than on average. The map is trained with the force of the time when it was measured; errors are \
+         those at the times of the readings, of which {:.3} N rms are this age",
+        clock.period,
+        0.5 * clock.period,
+        clock.error
+    ))
 }
 
 /// Candidates that the chosen options won against.

@@ -402,6 +402,7 @@ fn table(
             force: series(&weighed, &[force]).filter(|force| force.times().len() > 1),
             components,
             rest: None,
+            scale_clock: None,
         },
         placed: data.given[x],
     })

@@ -56,10 +56,19 @@ impl Default for ForceOptions {
 pub struct TrainingRun {
     /// Features, one row per reading.
     pub features: Vec<Vec<f64>>,
+    /// Features when the scale measured what it shows; none: the same.
+    measured: Option<Vec<Vec<f64>>>,
     /// Force, N.
     pub force: Vec<f64>,
     /// Times of the readings, s.
     pub times: Vec<f64>,
+}
+
+impl TrainingRun {
+    /// The features that a map learns from: those of the times when the scale measured.
+    pub fn learned(&self) -> &[Vec<f64>] {
+        self.measured.as_ref().unwrap_or(&self.features)
+    }
 }
 
 /// Held-out estimates in the order of runs and time.
@@ -232,12 +241,19 @@ fn features_at(
     let force = readings.ok_or_else(none)?;
     let mut found = TrainingRun {
         features: Vec::new(),
+        measured: run.scale_clock.map(|_| Vec::new()),
         force: Vec::new(),
         times: Vec::new(),
     };
     for (time, reading) in force.times().iter().zip(force.rows()) {
-        if let Some(row) = linear.at(time - map.offset, map.longest_step) {
-            found.features.push(map.complete(&row));
+        let at = time - map.offset;
+        if let Some(row) = linear.at(at, map.longest_step) {
+            let features = map.complete(&row);
+            if let (Some(clock), Some(rows)) = (&run.scale_clock, &mut found.measured) {
+                let measured = linear.at(at - clock.age(*time), map.longest_step);
+                rows.push(measured.map_or_else(|| features.clone(), |row| map.complete(&row)));
+            }
+            found.features.push(features);
             found.force.push(reading[0]);
             found.times.push(*time);
         }
@@ -307,7 +323,7 @@ pub(super) fn moments_of(
     let of = |block: &Block| {
         let run = &runs[block.run];
         let rows = block.rows.clone();
-        Moments::of(&run.features[rows.clone()], &run.force[rows])
+        Moments::of(&run.learned()[rows.clone()], &run.force[rows])
     };
     blocks.iter().map(of).collect()
 }

@@ -14,6 +14,7 @@ mod network;
 mod position;
 mod relation;
 mod replay;
+mod scale_clock;
 mod series;
 mod session;
 
@@ -29,6 +30,7 @@ pub(crate) use position::{HELD_OUT, trained_position};
 pub use position::{PositionOptions, train_position};
 pub(crate) use relation::trained_relation;
 pub(crate) use replay::{REST_FRAMES, replayed};
+pub use scale_clock::ScaleClock;
 pub use series::Series;
 pub(crate) use session::CONTACT_SHARE;
 pub use session::{STANDARD_GRAVITY, Session};

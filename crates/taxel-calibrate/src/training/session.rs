@@ -1,6 +1,6 @@
 //! A sensor and the motion stage that pressed it, each at its own times.
 
-use super::Series;
+use super::{ScaleClock, Series};
 use crate::options::ScaleUnit;
 use taxel::trained::Component;
 use taxel_recording::InputError;
@@ -33,6 +33,8 @@ pub struct Session {
     /// Readings at rest, as a rest capture at the start of the run takes them; without it those
     /// before the probe moved.
     pub rest: Option<Vec<f64>>,
+    /// When the scale measured what it showed at the times of its readings; `None`: just then.
+    pub scale_clock: Option<ScaleClock>,
 }
 
 impl Session {
@@ -99,6 +101,7 @@ impl Session {
             force: Series::new(times, forces).filter(|force| force.times().len() > 1),
             components: Vec::new(),
             rest: None,
+            scale_clock: None,
         })
     }
 

@@ -426,6 +426,10 @@ impl ArrayEstimator {
     }
 
     fn find_contacts(&mut self, elapsed: f64) {
+        if !self.rules.threshold.is_reached() {
+            self.reader.locate(&self.cells, &mut self.touch);
+            return;
+        }
         let meaning = self.reader.meaning();
         let [first, second] = meaning.newtons.unwrap_or([1.0; 2]);
         let newtons = first * second;

@@ -145,6 +145,11 @@ impl Threshold {
             Self::Fixed(threshold) => threshold,
         }
     }
+
+    /// False if no taxel is touched by itself: the reader alone knows the contacts.
+    pub(super) fn is_reached(self) -> bool {
+        self != Self::Fixed(f64::INFINITY)
+    }
 }
 
 /// How touched taxels are divided into contacts.

@@ -473,8 +473,7 @@ impl ForceEstimator {
                 *feature += slope * change / standard.scale[at];
             }
         }
-        let mean = |linear: &[f64]| self.map.ridge.mean(&self.map.complete(linear));
-        mean(&linear) - mean(&self.stream.linear)
+        self.map.ridge.mean(&self.map.complete(&linear)) - self.unbounded()
     }
 
     /// The map.

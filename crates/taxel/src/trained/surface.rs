@@ -224,14 +224,20 @@ impl Surface {
         let [_, columns, layers] = self.counts();
         let deep = layers.min(4);
         let mut terms = [(0, [0.0; 4]); 64];
-        for (number, (at, shares)) in terms.iter_mut().take(16 * deep).enumerate() {
-            let [i, j, k] = [number / (4 * deep), number / deep % 4, number % deep];
-            let line = (local.cell[0] + i) * columns + local.cell[1] + j;
-            *at = (line * layers + local.cell[2] + k) * self.width;
-            let axes = [(0, i), (1, j), (2, k)];
-            let [x, y, z] = axes.map(|(axis, of)| local.weights[axis][of]);
-            let [dx, dy, dz] = axes.map(|(axis, of)| local.slopes[axis][of]);
-            *shares = [x * y * z, dx * y * z, x * dy * z, x * y * dz];
+        let mut free = terms.iter_mut();
+        for i in 0..4 {
+            let [x, dx] = [local.weights[0][i], local.slopes[0][i]];
+            for j in 0..4 {
+                let [y, dy] = [local.weights[1][j], local.slopes[1][j]];
+                let [xy, dxy, xdy] = [x * y, dx * y, x * dy];
+                let line = (local.cell[0] + i) * columns + local.cell[1] + j;
+                let first = line * layers + local.cell[2];
+                for (k, (at, shares)) in free.by_ref().take(deep).enumerate() {
+                    let [z, dz] = [local.weights[2][k], local.slopes[2][k]];
+                    *at = (first + k) * self.width;
+                    *shares = [xy * z, dxy * z, xdy * z, xy * dz];
+                }
+            }
         }
         let [along_x, along_y, along_z] = slopes;
         pulp::Arch::new().dispatch(Sums {
