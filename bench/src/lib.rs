@@ -75,16 +75,17 @@ impl Scene {
     /// When the array has no estimator of frames.
     #[must_use]
     pub fn pressed_everywhere(sensor: &Sensor, force: f64) -> Self {
-        let mut script = String::from("schema = 1\nname = \"all\"\nduration = \"8 s\"\n");
-        for row in 0..sensor.array.rows {
-            for column in 0..sensor.array.columns {
-                script += &format!(
-                    "[[probe]]\ntaxel = [{row}, {column}]\npath = [\n\
-                     {{ time = \"5.5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
-                     {{ time = \"5.9 s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n]\n"
-                );
-            }
-        }
+        let taxels = (0..sensor.array.rows)
+            .flat_map(|row| (0..sensor.array.columns).map(move |column| [row, column]));
+        let probe = |[row, column]: [usize; 2]| {
+            format!(
+                "[[probe]]\ntaxel = [{row}, {column}]\npath = [\n\
+                 {{ time = \"5.5 s\", force = [\"0 N\", \"0 N\", \"0 N\"] }},\n\
+                 {{ time = \"5.9 s\", force = [\"0 N\", \"0 N\", \"{force} N\"] }},\n]\n"
+            )
+        };
+        let probes: String = taxels.map(probe).collect();
+        let script = format!("schema = 1\nname = \"all\"\nduration = \"8 s\"\n{probes}");
         let stimulus = Stimulus::parse("all", &script).expect("one probe a taxel");
         let mut twin = Twin::new(sensor, &stimulus, 1).expect("the script fits the array");
         let device = sensor.device().expect("a device");
