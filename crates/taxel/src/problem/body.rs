@@ -107,7 +107,7 @@ impl Body {
     }
 
     /// True once the pressures of contacts are kept at the corners of cells because the solution
-    /// did not go on with those at points ([`description::Multipliers::Automatic`]).
+    /// did not go on with those at points (`multipliers = "automatic"`).
     pub fn went_to_corners(&self) -> bool {
         self.solver.settings.multipliers == Multipliers::Automatic && self.solver.state().corners
     }
