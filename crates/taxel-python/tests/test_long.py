@@ -121,7 +121,8 @@ def test_speed_of_a_release_build() -> None:
     assert best < 5e-6, best
 
 
-def test_a_million_rows_take_little_longer_than_the_library() -> None:
+def a_million_rows() -> tuple[float, float, float]:
+    """Least seconds of Python, of the library that throws each answer away, and of the one that keeps them."""
     sensor = taxel.Sensor("three-axis-unit")
     loads = np.linspace(0, 10e-3, 1_000_000)
     ours, thrown_away, kept = math.inf, math.inf, math.inf
@@ -135,5 +136,15 @@ def test_a_million_rows_take_little_longer_than_the_library() -> None:
         f"a million rows {ours:.3f} s; the library alone {kept:.3f} s with the answers kept: {ours / kept:.3f} times; "
         f"{thrown_away:.3f} s with each thrown away: {ours / thrown_away:.3f} times"
     )
-    # Python is given 24 columns: what they take is no cost of Python.
+    return ours, thrown_away, kept
+
+
+@pytest.mark.xfail(strict=False, reason="1.34 to 1.54 times: 24 columns are written")
+def test_a_million_rows_take_little_longer_than_the_library() -> None:
+    ours, thrown_away, _ = a_million_rows()
+    assert ours < 1.2 * thrown_away, (ours, thrown_away)
+
+
+def test_a_million_rows_take_little_longer_than_the_library_that_keeps_them() -> None:
+    ours, _, kept = a_million_rows()
     assert ours < 1.2 * kept, (ours, kept)

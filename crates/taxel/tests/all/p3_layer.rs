@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use taxel::mechanics::{
     BondedDisc, Contact, DiscGrip, DiscPressure, LayerRim, SeatedSetting, SoftCover, SpherePressure,
 };
-use taxel_fem::study::disc::PressedDisc;
+use taxel_fem::study::disc::{DiscAnswer, PressedDisc};
 
 const MM: f64 = 1e-3;
 const SIDE: f64 = 2e-3;
@@ -117,6 +117,18 @@ fn shares_off_the_middle_of_the_disc() {
     }
 }
 
+/// A disc on a layer of unit thickness by the solver.
+fn solved(aspect: f64, rim: LayerRim, grip: DiscGrip) -> DiscAnswer {
+    let disc = PressedDisc {
+        radius: aspect,
+        beyond: if rim == LayerRim::Wide { 6.0 } else { 0.0 },
+        gripped: grip == DiscGrip::Gripped,
+        largest: 0.05 * aspect.max(1.0),
+        smallest: 0.01,
+    };
+    disc.solve().unwrap()
+}
+
 /// Between the rows of the table, against the solver.
 #[test]
 fn discs_between_the_rows_agree_with_the_solver() {
@@ -131,14 +143,7 @@ fn discs_between_the_rows_agree_with_the_solver() {
                 grip,
             };
             let pressed = pressed.pressed().unwrap();
-            let solved = PressedDisc {
-                radius: aspect,
-                beyond: if rim == LayerRim::Wide { 6.0 } else { 0.0 },
-                gripped: grip == DiscGrip::Gripped,
-                largest: 0.05 * aspect.max(1.0),
-                smallest: 0.01,
-            };
-            let solved = solved.solve().unwrap();
+            let solved = solved(aspect, rim, grip);
             let area = std::f64::consts::PI * (aspect * MM).powi(2);
             let mut near = |what: String, found: f64, expected: f64| {
                 // Of the interpolation, with what this mesh leaves.
@@ -175,14 +180,7 @@ fn shares_of_a_hundred_random_drawings_agree_with_the_solver() {
             grip,
         };
         let pressed = disc.pressed().unwrap();
-        let solved = PressedDisc {
-            radius: aspect,
-            beyond: if rim == LayerRim::Wide { 6.0 } else { 0.0 },
-            gripped: grip == DiscGrip::Gripped,
-            largest: 0.05 * aspect.max(1.0),
-            smallest: 0.01,
-        };
-        let solved = solved.solve().unwrap();
+        let solved = solved(aspect, rim, grip);
         // The nearest rim is at 0.8 radii: beyond, the pressure has no bound.
         let side = aspect * (0.1 + 0.4 * random.random::<f64>());
         let reach = (0.8 * aspect - 0.5_f64.sqrt() * side).max(0.0) * random.random::<f64>();
