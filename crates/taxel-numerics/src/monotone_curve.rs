@@ -171,6 +171,11 @@ impl MonotoneCurve {
     pub fn start_slope(&self) -> f64 {
         self.slopes[0]
     }
+
+    /// dy/dx at the last point.
+    pub fn end_slope(&self) -> f64 {
+        self.slopes[self.slopes.len() - 1]
+    }
 }
 
 fn chord(pair: &[[f64; 2]]) -> f64 {

@@ -40,7 +40,8 @@ impl Ellipse {
         // Of the rectangle the nearest point, as shares of its half sides.
         let along = (right / half[0]).min(1.0);
         let share = (up / half[1]).min(1.0);
-        let angle = if up >= half[1] {
+        // On the wall one of both is 1 but for rounding.
+        let angle = if share >= along {
             corner * along
         } else {
             FRAC_PI_2 - (FRAC_PI_2 - corner) * share
@@ -58,4 +59,29 @@ impl Ellipse {
 /// Zero stays where it is.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_the_wall_go_onto_the_ellipse_whatever_their_rounding() {
+        let ellipse = Ellipse {
+            half: [1.3, 0.5],
+            beside: 2.0,
+            room: [0.4, 1.7],
+        };
+        for across in [0.0, 0.1, 0.7, 1.2] {
+            let [x, y] = ellipse.place([across, -0.5]);
+            let off = (x / 1.3).powi(2) + (y / 0.5).powi(2) - 1.0;
+            assert!(off.abs() < 1e-12, "{off}");
+            // A place is a sum of lengths.
+            for rounding in [-1e-16, 1e-16] {
+                let near = ellipse.place([across, -0.5 + rounding]);
+                assert!((near[0] - x).abs() < 1e-12, "{near:?} {x}");
+                assert!((near[1] - y).abs() < 1e-12, "{near:?} {y}");
+            }
+        }
+    }
 }

@@ -220,6 +220,9 @@ pub struct ClosingPoint {
 pub struct ClosingCurve {
     /// q in Pa to a, from (0, 1) on.
     curve: MonotoneCurve,
+    /// −q in Pa to a, from (0, 1) on, where it was solved how the section bulges; without it a
+    /// follows the slope at rest.
+    bulging: Option<MonotoneCurve>,
     /// Area ratio at which roof and floor touch, where it is known.
     touch: Option<f64>,
     source: CurveSource,
@@ -276,8 +279,8 @@ pub enum ClosingState {
 
 /// Area of an over-filled channel over the drawn one, at most.
 const MOST_BULGED: f64 = 2.0;
-/// Points on the straight part of its curve.
-const ON_LINE: u8 = 4;
+/// Points on the part of its curve between the filled and the drawn area, and on the part beyond.
+const ON_BULGE: u8 = 8;
 
 /// One cross-section under its load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -397,7 +400,8 @@ pub enum MicrochannelError {
     },
     /// A pressure of filling that bulges the channel too far.
     #[error(
-        "a microchannel filled to {:.4} kPa has more than twice its drawn area; the model holds up to {:.4} kPa",
+        "a microchannel filled to {:.4} kPa bulges further than is known, twice its drawn area at most; the model holds up to \
+         {:.4} kPa",
         pressure * 1e-3, limit * 1e-3
     )]
     Filling {
@@ -464,10 +468,23 @@ impl ClosingCurve {
     pub(super) fn of_source(curve: MonotoneCurve, touch: Option<f64>, source: CurveSource) -> Self {
         Self {
             curve,
+            bulging: None,
             touch,
             source,
             along: None,
         }
+    }
+
+    /// The same curve with how the section bulges: −q in Pa to a, from (0, 1) on.
+    #[must_use]
+    pub(super) fn bulging(mut self, bulging: MonotoneCurve) -> Self {
+        self.bulging = Some(bulging);
+        self
+    }
+
+    /// True if it was solved how the section bulges, and is not taken from the slope at rest.
+    pub fn knows_bulging(&self) -> bool {
+        self.bulging.is_some()
     }
 
     /// The curve of a load path: net pressure to area ratio with the sections along the channel.
@@ -512,6 +529,7 @@ impl ClosingCurve {
     #[must_use]
     pub fn stiffened(mut self, factor: f64) -> Self {
         self.curve = self.curve.stretched(factor);
+        self.bulging = self.bulging.map(|curve| curve.stretched(factor));
         self.along = self.along.map(|along| AlongChannel {
             conductance: along.conductance.stretched(factor),
             thinnest: along.thinnest.stretched(factor),
@@ -524,8 +542,8 @@ impl ClosingCurve {
     ///
     /// The area follows from the net pressure alone, so that the filled state is the curve at
     /// −`pressure`: a′(q′) = f(q′ − P)/f(−P), where pressures of the liquid count from P. The
-    /// bulging follows the slope at rest, f(−P) = 1 + c₀P, which finite elements confirm within
-    /// 2.5 % up to twice the drawn area (`docs/theory/microchannel.md`, section 5).
+    /// bulging f(−P) is solved with the cell ([`Self::knows_bulging`]); of shipped tables and of
+    /// points it follows the slope at rest, 1 + c₀P (`docs/theory/microchannel.md`, section 5).
     ///
     /// # Errors
     /// [`MicrochannelError::Filling`] for a pressure that more than doubles the area.
@@ -552,27 +570,51 @@ impl ClosingCurve {
     /// # Ok::<(), MicrochannelError>(())
     /// ```
     pub fn filled(&self, pressure: f64) -> Result<(Self, f64), MicrochannelError> {
-        let bulged = 1.0 + self.compliance() * pressure;
-        if !(pressure >= 0.0 && bulged <= MOST_BULGED) {
-            return Err(MicrochannelError::Filling {
-                pressure,
-                limit: (MOST_BULGED - 1.0) / self.compliance(),
-            });
+        let limit = match &self.bulging {
+            Some(curve) => curve.end()[0],
+            None => (MOST_BULGED - 1.0) / self.compliance(),
+        };
+        if !(0.0..=limit).contains(&pressure) {
+            return Err(MicrochannelError::Filling { pressure, limit });
         }
         if pressure == 0.0 {
             return Ok((self.clone(), 1.0));
         }
-        // Points on the line of the slope at rest keep it straight up to the drawn area.
-        let line = (0..ON_LINE).map(|step| {
-            let share = f64::from(step) / f64::from(ON_LINE);
-            [share * pressure, (bulged + share * (1.0 - bulged)) / bulged]
+        let (bulged, rate) = self.bulge(pressure);
+        let steps = (0..ON_BULGE).map(|step| f64::from(step) / f64::from(ON_BULGE));
+        let up_to_drawn = steps.clone().map(|share| {
+            let (area, _) = self.bulge((1.0 - share) * pressure);
+            [share * pressure, area / bulged]
         });
         let drawn = self.curve.points().iter();
         let drawn = drawn.map(|[net, ratio]| [net + pressure, ratio / bulged]);
-        let slope = -self.compliance() / bulged;
-        let curve = MonotoneCurve::new(line.chain(drawn).collect(), Some(slope))?;
+        let curve = MonotoneCurve::new(up_to_drawn.chain(drawn).collect(), Some(-rate / bulged))?;
         let touch = self.touch.map(|touch| touch / bulged);
-        Ok((Self::of_source(curve, touch, self.source.clone()), bulged))
+        let mut filled = Self::of_source(curve, touch, self.source.clone());
+        if self.knows_bulging() && pressure < limit {
+            let beyond = steps.chain(std::iter::once(1.0)).map(|share| {
+                let more = share * (limit - pressure);
+                [more, self.bulge(pressure + more).0 / bulged]
+            });
+            let beyond = MonotoneCurve::new(beyond.collect(), Some(rate / bulged))?;
+            filled = filled.bulging(beyond);
+        }
+        Ok((filled, bulged))
+    }
+
+    /// Area ratio and its rise, 1/Pa, under a pressure inside that is higher than outside, Pa: a line
+    /// beyond the end of what was solved.
+    fn bulge(&self, inside: f64) -> (f64, f64) {
+        match self.bulging.as_ref().map(|curve| (curve, curve.at(inside))) {
+            Some((_, OnCurve::Inside { value, slope })) => (value, slope),
+            Some((curve, OnCurve::Above([last, most]))) => {
+                let slope = curve.end_slope();
+                (most + slope * (inside - last), slope)
+            }
+            Some((_, OnCurve::Below(_))) | None => {
+                (1.0 + self.compliance() * inside, self.compliance())
+            }
+        }
     }
 
     /// Share of the area lost per net pressure at rest, c₀ = −da/dq, 1/Pa.
@@ -597,10 +639,7 @@ impl ClosingCurve {
                 (value, ClosingState::Closed)
             }
             OnCurve::Inside { value, .. } => (value, ClosingState::Open),
-            OnCurve::Below(_) => (
-                1.0 - self.compliance() * net_pressure.min(0.0),
-                ClosingState::Bulging,
-            ),
+            OnCurve::Below(_) => (self.bulge(-net_pressure.min(0.0)).0, ClosingState::Bulging),
             OnCurve::Above([limit, least]) => (least, ClosingState::Beyond { limit }),
         }
     }

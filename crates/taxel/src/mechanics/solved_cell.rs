@@ -13,7 +13,7 @@ use crate::solutions::{Question, Solutions, Unsolved, answer, digits};
 use taxel_numerics::MonotoneCurve;
 
 /// Raised whenever mesh, steps or points of the solution change.
-const METHOD: u32 = 2;
+const METHOD: u32 = 3;
 
 /// A solved cell, in units of the shear modulus.
 ///
@@ -26,6 +26,9 @@ pub struct SolvedCell {
     compliance: f64,
     /// Net pressure and area ratio, from the first state after rest on.
     points: Vec<[f64; 2]>,
+    /// Pressure inside beyond that outside and area ratio, from the first state after rest on, as
+    /// far as it bulges and the solution goes.
+    bulged: Vec<[f64; 2]>,
     /// Area ratio at which roof and floor touch first.
     touch: Option<f64>,
     /// Greatest known error of the net pressure at an area ratio, as a share.
@@ -41,8 +44,14 @@ const RATIOS: [f64; 34] = [
     0.5, 0.45, 0.4, 0.36, 0.33, 0.3, 0.275, 0.25, 0.225, 0.2, 0.18, 0.16, 0.14, 0.12, 0.105, 0.09,
     0.075, 0.06,
 ];
+/// Area ratios of the bulging cell that are solved, as far as the solution goes.
+const BULGED: [f64; 8] = [1.03, 1.08, 1.15, 1.25, 1.4, 1.6, 1.8, 2.0];
+/// Fewest of them that make a curve.
+const FEWEST_BULGED: usize = 2;
 /// Area ratios at which a coarser mesh is solved too.
-const COMPARED: [usize; 5] = [1, 5, 11, 16, 21];
+const COMPARED: [f64; 5] = [0.98, 0.9, 0.75, 0.5, 0.3];
+/// The same of the bulging cell.
+const COMPARED_BULGED: [f64; 2] = [1.25, 2.0];
 /// Area ratios of the touch and of the next point that lie closer are one.
 const CLOSEST: f64 = 2e-3;
 /// Fewest points of a curve.
@@ -152,17 +161,20 @@ impl SolvedCell {
     /// # Errors
     /// [`MicrochannelError::Curve`]; never of a solution that [`Self::of_cell`] gave.
     pub fn curve(&self, shear_modulus: f64) -> Result<ClosingCurve, MicrochannelError> {
-        let given = self
-            .points
-            .iter()
-            .map(|[net, ratio]| [net * shear_modulus, *ratio]);
-        let points = std::iter::once([0.0, 1.0]).chain(given).collect();
-        let curve = MonotoneCurve::new(points, Some(-self.compliance / shear_modulus))?;
+        let through = |given: &[[f64; 2]], slope: f64| {
+            let given = given
+                .iter()
+                .map(|[pressure, ratio]| [pressure * shear_modulus, *ratio]);
+            let points = std::iter::once([0.0, 1.0]).chain(given).collect();
+            MonotoneCurve::new(points, Some(slope / shear_modulus))
+        };
+        let curve = through(&self.points, -self.compliance)?;
+        let bulging = through(&self.bulged, self.compliance)?;
         let source = CurveSource::Solved {
             error: self.error,
             ended: self.ended.clone(),
         };
-        Ok(ClosingCurve::of_source(curve, self.touch, source))
+        Ok(ClosingCurve::of_source(curve, self.touch, source).bulging(bulging))
     }
 
     /// True of numbers that make a curve.
@@ -171,6 +183,7 @@ impl SolvedCell {
         positive(self.compliance)
             && positive(self.error)
             && self.points.len() >= FEWEST
+            && self.bulged.len() >= FEWEST_BULGED
             && self.points.iter().all(|[_, ratio]| positive(*ratio))
             && self.touch.is_none_or(positive)
             && self.curve(1.0).is_ok()
@@ -193,7 +206,7 @@ impl SolvedCell {
         let mut way =
             Way::new(&fine, cell.section.shape).map_err(|failure| advice(cell, &failure))?;
         // The coarser mesh takes about a quarter of the time.
-        let count = RATIOS.len() as f64 / 0.8;
+        let count = (RATIOS.len() + BULGED.len()) as f64 / 0.8;
         for (number, &ratio) in RATIOS.iter().enumerate() {
             if !way.close(ratio) {
                 break;
@@ -211,17 +224,42 @@ impl SolvedCell {
                 None => String::from("the solution has too few states"),
             });
         }
+        let mut bulging =
+            Way::new(&fine, cell.section.shape).map_err(|failure| advice(cell, &failure))?;
+        for (number, &ratio) in BULGED.iter().enumerate() {
+            if !bulging.close(ratio) {
+                break;
+            }
+            progress((RATIOS.len() + number + 1) as f64 / count);
+        }
+        if bulging.states.len() < FEWEST_BULGED {
+            return Err(format!(
+                "the cell of {} bulges to {:.3} of its area and no further: {}\nhelp: change the solid above the \
+                 channel, or give the curve as points (closing.points)",
+                words(cell),
+                bulging.states.last().map_or(1.0, |state| state.area_ratio),
+                bulging.ended.unwrap_or_default(),
+            ));
+        }
         let coarse = VoidCell {
             division: coarser(fine.division, cell.section.shape),
             ..fine
         };
-        let error = way.difference(&coarse).max(LEAST_ERROR);
+        let error = way
+            .difference(&coarse, &COMPARED)
+            .max(bulging.difference(&coarse, &COMPARED_BULGED))
+            .max(LEAST_ERROR);
         Ok(Self {
             compliance: way.compliance(),
             points: way
                 .states
                 .iter()
                 .map(|state| [state.pressure, state.area_ratio])
+                .collect(),
+            bulged: bulging
+                .states
+                .iter()
+                .map(|state| [-state.pressure, state.area_ratio])
                 .collect(),
             touch: way.touch,
             error,
@@ -286,7 +324,7 @@ fn advice(cell: &CellGeometry, failure: &Failure) -> String {
     )
 }
 
-/// A cell being closed.
+/// A cell being closed, or bulged.
 struct Way {
     study: VoidStudy,
     shape: SectionShape,
@@ -371,18 +409,17 @@ impl Way {
 
     /// Greatest difference of the net pressure of a coarser mesh, as a share: more than the
     /// error of the finer one. One where the coarser has no solution.
-    fn difference(&self, coarse: &VoidCell) -> f64 {
+    fn difference(&self, coarse: &VoidCell, ratios: &[f64]) -> f64 {
         let Ok(mut other) = Self::new(coarse, self.shape) else {
             return 1.0;
         };
         let mut most = 0.0_f64;
-        for number in COMPARED {
-            let known = self
-                .states
-                .iter()
-                .find(|state| (state.area_ratio - RATIOS[number]).abs() < 1e-9);
-            let Some(known) = known else { break };
-            match other.study.close(RATIOS[number]) {
+        for ratio in ratios {
+            let same = |state: &&Closure| (state.area_ratio - ratio).abs() < 1e-9;
+            let Some(known) = self.states.iter().find(same) else {
+                break;
+            };
+            match other.study.close(*ratio) {
                 Ok(state) => most = most.max((state.pressure / known.pressure - 1.0).abs()),
                 Err(_) => break,
             }

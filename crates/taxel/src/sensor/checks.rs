@@ -3,6 +3,7 @@
 use super::{Element, Sensor};
 use crate::electronics::Readout;
 use crate::layout::{MOST_LINES, Mount};
+use crate::solutions::{OfDrawing, Unsolved};
 use crate::toml_input;
 use crate::transduction::WrongTable;
 use taxel_recording::InputError;
@@ -282,6 +283,26 @@ fn check_mask(sensor: &Sensor) -> Result<(), Broken> {
 /// A length for people.
 pub(crate) fn micrometres(length: f64) -> String {
     format!("{} um", rounded(length * 1e6))
+}
+
+/// What was solved of a drawing; nothing where tables alone may answer, and the rules between keys
+/// say what they have.
+///
+/// # Errors
+/// At `key` why there is no solution, with the remedy that the solver gives or else `help`.
+pub(super) fn solved<T>(
+    answer: Result<T, Unsolved>,
+    key: &str,
+    help: &str,
+) -> Result<OfDrawing<T>, Broken> {
+    match answer {
+        Ok(solved) => Ok(OfDrawing(Some(solved))),
+        Err(Unsolved::TablesOnly) => Ok(OfDrawing(None)),
+        Err(Unsolved::Failed(message)) => {
+            let (message, help) = message.split_once("\nhelp: ").unwrap_or((&message, help));
+            Err(Broken::new(key, message.to_owned(), help))
+        }
+    }
 }
 
 /// A length for people.

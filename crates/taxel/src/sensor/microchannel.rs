@@ -15,7 +15,7 @@ use crate::mechanics::{
 use crate::quantity::{
     self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress,
 };
-use crate::solutions::{OfDrawing, Solutions, Unsolved};
+use crate::solutions::{OfDrawing, Solutions};
 use crate::transduction::{Conductor, DrawnLayers, LayersTable, MicrochannelLayer, ThinnestPoint};
 use taxel_numerics::Noise;
 
@@ -356,23 +356,16 @@ impl Microchannel {
                 continue;
             };
             let cell = self.cell(number, *drawn, pitch);
-            if ClosingCurve::is_tabulated(&cell) {
+            // The tables do not have how a channel bulges.
+            let bulges = self.liquid.initial_pressure.is_some();
+            if ClosingCurve::is_tabulated(&cell) && !bulges {
                 continue;
             }
             check_cell(&cell, name)?;
             let what = format!("closing curve of the {name}");
-            match SolvedCell::of_cell(&cell, &what, solutions) {
-                Ok(found) => solved[number] = Some(found),
-                // The rules between keys say so, with what the tables have.
-                Err(Unsolved::TablesOnly) => {}
-                Err(Unsolved::Failed(message)) => {
-                    let key = format!("element.microchannel.{name}.closing");
-                    let (message, help) = message
-                        .split_once("\nhelp: ")
-                        .unwrap_or((&message, "change the drawing"));
-                    return Err(Broken::new(&key, message.to_owned(), help));
-                }
-            }
+            let answer = SolvedCell::of_cell(&cell, &what, solutions);
+            let key = format!("element.microchannel.{name}.closing");
+            solved[number] = checks::solved(answer, &key, "change the drawing")?.0;
         }
         self.solved = OfDrawing(Some(solved));
         Ok(())
@@ -383,17 +376,6 @@ impl Microchannel {
     /// # Errors
     /// The first broken rule, shown at its key.
     fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
-        require(
-            self.section.shape == SectionShape::Rectangle || self.liquid.initial_pressure.is_none(),
-            "element.microchannel.liquid.initial_pressure",
-            || {
-                String::from(
-                    "how far an over-filled channel bulges is known for rectangular channels alone, not for section.shape \
-                     = \"ellipse\"",
-                )
-            },
-            "leave initial_pressure out, or give the closing curve of the filled channel as points",
-        )?;
         self.check_shapes()?;
         match self.layers(pitch) {
             Ok(_) => Ok(()),
@@ -424,6 +406,19 @@ impl Microchannel {
             SectionShape::Ellipse => "ellipse",
         };
         let (own, drawn) = (words(layer.points_of), words(self.section.shape));
+        require(
+            typed != "closing"
+                || layer.points_of == SectionShape::Rectangle
+                || self.liquid.initial_pressure.is_none(),
+            "element.microchannel.liquid.initial_pressure",
+            || {
+                format!(
+                    "the points of element.microchannel.{name}.closing say how an elliptic channel closes, not how far it \
+                     bulges when it is over-filled"
+                )
+            },
+            "let the cell be solved (closing.plane_strain_cell.thickness = …, thinnest = []), or leave initial_pressure out",
+        )?;
         let help = match typed {
             "closing" => format!(
                 "let the cell be solved (closing.plane_strain_cell.thickness = …, thinnest = []), or give the points of \

@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::checks::Broken;
+use super::checks::{self, Broken};
 use super::{Solvable, no_table};
 use crate::layout::{ArrayDescription, Mount};
 use crate::mechanics::{
     BentGap, ForceHysteresis, RelaxationTerm, SolvedStiffness, SuspensionDescription, UnitDrawing,
 };
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
-use crate::solutions::{OfDrawing, Solutions, Unsolved};
+use crate::solutions::Solutions;
 use crate::transduction::{
     DrawnEdges, EdgeDrawing, OutsideEdges, PlatesDescription, SolvedEdges, UnitModel,
 };
@@ -124,17 +124,13 @@ impl Solvable for ThreeAxisCapacitor {
         if self.suspension.from_drawing.is_none() || !beside {
             return Ok(());
         }
-        match SolvedStiffness::of_unit(&drawing, solutions) {
-            Ok(solved) => self.suspension.solved = OfDrawing(Some(solved)),
-            // The rules between keys say so, with what the table has.
-            Err(Unsolved::TablesOnly) => {}
-            Err(Unsolved::Failed(message)) => {
-                let key = "element.three_axis_capacitor.suspension.from_drawing";
-                let help = "change the lengths of the unit, or type the stiffness in (stiffness, \
-                            tile_tilt, bump_sinking) in the place of from_drawing";
-                return Err(Broken::new(key, message, help));
-            }
-        }
+        let solved = SolvedStiffness::of_unit(&drawing, solutions);
+        self.suspension.solved = checks::solved(
+            solved,
+            "element.three_axis_capacitor.suspension.from_drawing",
+            "change the lengths of the unit, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of \
+             from_drawing",
+        )?;
         Ok(())
     }
 }
@@ -150,16 +146,12 @@ impl ThreeAxisCapacitor {
         if self.plates.parallel_capacitance.is_some() || !beside {
             return Ok(());
         }
-        match SolvedEdges::of_unit(&drawing, solutions) {
-            Ok(solved) => self.plates.solved_edges = OfDrawing(Some(solved)),
-            // The rules between keys say so, with what the table has.
-            Err(Unsolved::TablesOnly) => {}
-            Err(Unsolved::Failed(message)) => {
-                let key = "element.three_axis_capacitor.plates";
-                let help = "change the lengths of the plates, or type parallel_capacitance in";
-                return Err(Broken::new(key, message, help));
-            }
-        }
+        let solved = SolvedEdges::of_unit(&drawing, solutions);
+        self.plates.solved_edges = checks::solved(
+            solved,
+            "element.three_axis_capacitor.plates",
+            "change the lengths of the plates, or type parallel_capacitance in",
+        )?;
         Ok(())
     }
 

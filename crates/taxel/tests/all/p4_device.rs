@@ -6,7 +6,7 @@ use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
 use taxel::device::{Device, LayerState, MicrochannelPredictor};
 use taxel::estimation::{ArrayEstimator, State, Touch};
 use taxel::mechanics::Stretch;
-use taxel::predict::{Load, LoadValue, Loads};
+use taxel::predict::{Load, LoadValue, Loads, Predictor};
 use taxel::sensor::Sensor;
 use taxel::summary::{Value, summary};
 use taxel::table::Cell;
@@ -594,8 +594,8 @@ fn two_loads_that_lie_on_one_place_are_refused() {
     let sensor = sensor();
     let predictor = MicrochannelPredictor::new(&sensor.microchannels().unwrap());
     let combination = |load: &str| {
-        let loads = Loads::one(load, taxel::predict::Predictor::load_columns(&predictor)).unwrap();
-        taxel::predict::Predictor::combination(&predictor, &loads.given.columns)
+        let loads = Loads::one(load, Predictor::load_columns(&predictor)).unwrap();
+        Predictor::combination(&predictor, &loads.given.columns)
     };
     for (load, words) in [
         ("p=1 kPa, p2=2 kPa", "loaded_share_2"),
@@ -610,11 +610,10 @@ fn two_loads_that_lie_on_one_place_are_refused() {
     }
     let loads = Loads::one(
         "p=1 kPa, share=0.6, p2=2 kPa, share2=0.5",
-        taxel::predict::Predictor::load_columns(&predictor),
+        Predictor::load_columns(&predictor),
     )
     .unwrap();
-    let refused =
-        taxel::predict::Predictor::answer(&predictor, &loads.load(0), &mut Vec::new()).unwrap_err();
+    let refused = Predictor::answer(&predictor, &loads.load(0), &mut Vec::new()).unwrap_err();
     assert!(refused.message.contains("1.1"), "{refused:?}");
 }
 
@@ -728,6 +727,7 @@ fn an_over_filled_array_starts_from_its_filling() {
         "initial_pressure = \"5 kPa\"\nresistivity = \"294 nohm m\"",
     );
     let (filled, drawn) = (Sensor::parse("filled.toml", &filled).unwrap(), sensor());
+    // Without solutions: the slope at rest of the tables.
     let (filled, drawn) = (
         filled.microchannels().unwrap(),
         drawn.microchannels().unwrap(),
@@ -773,4 +773,22 @@ fn a_filling_that_doubles_the_area_is_refused_at_the_layer() {
     assert!(error.key.contains("element.microchannel"), "{error}");
     assert!(error.message.contains("20.0000 kPa"), "{error}");
     assert!(error.message.contains("up to "), "{error}");
+}
+
+/// A part shorter than 1.4 times the stack of 420 um is answered with a remark.
+#[test]
+fn a_short_loaded_part_is_remarked_on() {
+    let sensor = sensor();
+    let mut predictor = MicrochannelPredictor::new(&sensor.microchannels().unwrap());
+    let mut remark = |load: &str| {
+        let loads = Loads::one(load, Predictor::load_columns(&predictor)).unwrap();
+        Predictor::prepare(&mut predictor, &loads, &mut |_| {}).unwrap()
+    };
+    // One taxel: 600 um of 91.92 mm.
+    assert_eq!(remark("p=1 kPa, share=0.00653"), None);
+    assert_eq!(remark("p=1 kPa"), None);
+    let short = remark("p=1 kPa, share=0.1, p2=2 kPa, share2=0.004").unwrap();
+    for part in ["0.004", "367.68 um", "588 um", "--mechanics fem"] {
+        assert!(short.contains(part), "{short}");
+    }
 }

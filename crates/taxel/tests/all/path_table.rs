@@ -257,6 +257,19 @@ fn change_of_all(layer: &MicrochannelLayer, pressure: f64) -> f64 {
 }
 
 #[test]
+fn a_table_states_the_error_of_loaded_parts() {
+    let facts = taxel::summary::summary(&channels(of_channels())).unwrap();
+    for name in ["row_loaded_part_error", "column_loaded_part_error"] {
+        let fact = facts.iter().find(|fact| fact.name == name).unwrap();
+        // That of `loaded_parts`.
+        let taxel::summary::Value::Number { si, .. } = fact.value else {
+            panic!("{name}")
+        };
+        assert_eq!(si, 0.6);
+    }
+}
+
+#[test]
 fn the_table_of_channels_holds_at_a_load_that_it_has_not_seen() {
     let sensor = channels(of_channels());
     let table: PathTable = serde_json::from_str(of_channels()).unwrap();

@@ -11,7 +11,9 @@ use rayon::prelude::*;
 use taxel::device::MicrochannelPredictor;
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
-use taxel::mechanics::{CellGeometry, ClosingCurve, CurveSource, MicrochannelSection, SolvedCell};
+use taxel::mechanics::{
+    CellGeometry, ClosingCurve, CurveSource, MicrochannelSection, SectionShape, SolvedCell,
+};
 use taxel::sensor::Sensor;
 use taxel::solutions::{Afresh, Question, Solutions};
 use taxel::summary::{Value, summary};
@@ -113,6 +115,7 @@ fn random_cell(random: &mut ChaCha8Rng) -> CellGeometry {
 fn direct(cell: &CellGeometry) -> VoidStudy {
     let unit = cell.section.height;
     let rubber = Material::incompressible(Law::MooneyRivlin { c10: 0.4, c01: 0.1 });
+    let shape = cell.section.shape;
     let cell = VoidCell {
         width: cell.section.width / unit,
         height: 1.0,
@@ -120,15 +123,26 @@ fn direct(cell: &CellGeometry) -> VoidStudy {
         base: (cell.thickness - cell.section.height - cell.roof) / unit,
         pitch: cell.pitch / unit,
         fillet: 0.0,
-        division: CornerDivision {
-            smallest: 0.01,
-            segments: 3,
-            growth: 1.4,
-            ..CornerDivision::default()
+        division: match shape {
+            SectionShape::Rectangle => CornerDivision {
+                smallest: 0.01,
+                segments: 3,
+                growth: 1.4,
+                ..CornerDivision::default()
+            },
+            SectionShape::Ellipse => CornerDivision {
+                smallest: 0.0625,
+                segments: 8,
+                growth: 1.12,
+                ..CornerDivision::default()
+            },
         },
     };
-    let mut study =
-        VoidStudy::new(&cell, rubber, &Filling::Vented, WallContact::default()).unwrap();
+    let pose = match shape {
+        SectionShape::Rectangle => VoidStudy::new,
+        SectionShape::Ellipse => VoidStudy::elliptic,
+    };
+    let mut study = pose(&cell, rubber, &Filling::Vented, WallContact::default()).unwrap();
     study.solver.settings.reach = 0.5;
     study.solver.settings.tolerance = 1e-6;
     study
@@ -180,6 +194,105 @@ fn kept_curves_of_a_hundred_random_cells_are_within_their_stated_error() {
     let (used, compared) = compare_cells(2, 100);
     println!("{compared} of 100 compared, {used:.2} of the stated error used");
     assert!(compared >= 90 && used <= 1.0, "{compared} {used}");
+}
+
+/// Fills `count` random cells, rectangles and ellipses, and compares the area of each with that
+/// on a finer mesh; the share of the stated error of the pressure that is used at most, and the
+/// comparisons.
+fn compare_bulges(seed: u64, count: usize) -> (f64, usize) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let cells: Vec<(CellGeometry, f64)> = (0..count)
+        .map(|number| {
+            let mut cell = random_cell(&mut random);
+            if number % 2 == 1 {
+                cell.section =
+                    MicrochannelSection::ellipse(cell.section.width, cell.section.height);
+            }
+            (cell, random.random::<f64>())
+        })
+        .collect();
+    let used: Vec<f64> = cells
+        .par_iter()
+        .filter_map(|(cell, part)| {
+            let curve = solved(cell);
+            let ratio = 1.05 + 0.9 * part;
+            let pressure = -MU * direct(cell).close(ratio).ok()?.pressure;
+            // The error of interpolation beside that of the mesh.
+            let stated = error(&curve) + 1e-3;
+            let area = |share: f64| curve.filled(pressure * (1.0 + share)).unwrap().1;
+            let mut share = 0.0;
+            while !(area(-share) <= ratio && ratio <= area(share)) && share < 1.0 {
+                share += 0.02 * stated;
+            }
+            println!(
+                "{cell:?} a {ratio:.3}, {:.3} by the slope: {:.2} of {stated:.1e}",
+                1.0 + curve.compliance() * pressure,
+                share / stated
+            );
+            Some(share / stated)
+        })
+        .collect();
+    (used.iter().copied().fold(0.0, f64::max), used.len())
+}
+
+#[test]
+fn over_filled_random_cells_are_within_their_stated_error() {
+    let (used, compared) = compare_bulges(1, 6);
+    assert!(compared >= 5, "{compared} of 6 were compared");
+    assert!(used <= 1.0, "{used} of the stated error");
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p taxel --test all solved_drawings -- --ignored --nocapture"]
+fn a_hundred_over_filled_random_cells_are_within_their_stated_error() {
+    let (used, compared) = compare_bulges(2, 100);
+    println!("{compared} of 100 compared, {used:.2} of the stated error used");
+    assert!(compared >= 90 && used <= 1.0, "{compared} {used}");
+}
+
+/// Prints the table of over-filled sections in `docs/theory/microchannel.md`: areas where the
+/// slope at rest gives 1.5 and 2, or where the model ends.
+#[test]
+#[ignore = "longer: six closing curves"]
+fn over_filled_sections_beside_the_slope_at_rest() {
+    let rectangle = |height, roof| CellGeometry {
+        // Beside the tables.
+        pitch: 601e-6,
+        ..p4_cell(height, roof)
+    };
+    let ellipse = |width: f64, height: f64| CellGeometry {
+        section: MicrochannelSection::ellipse(width, height),
+        ..rectangle(20.0, 140.0)
+    };
+    let areas = |cell: &CellGeometry| {
+        let curve = solved(cell);
+        [1.5, 2.0].map(|area: f64| {
+            let pressure = (area - 1.0) / curve.compliance();
+            match curve.filled(pressure) {
+                Ok((_, bulged)) => bulged,
+                // Twice the area comes before.
+                Err(_) => f64::INFINITY,
+            }
+        })
+    };
+    let cells = [
+        ("20 under 140", rectangle(20.0, 140.0), Some([1.496, 1.986])),
+        ("20 under 60", rectangle(20.0, 60.0), None),
+        ("60 under 120", rectangle(60.0, 120.0), Some([1.490, 1.979])),
+        ("160 under 120", rectangle(160.0, 120.0), None),
+        ("flat ellipse", ellipse(400e-6, 20e-6), None),
+        ("round", ellipse(100e-6, 100e-6), None),
+    ];
+    for (name, cell, known) in cells {
+        let found = areas(&cell);
+        println!("{name}: {found:.3?}");
+        // `a_filled_channel_bulges` of the papers: pressed, not closed, and no points between.
+        if let Some(known) = known {
+            for (found, known) in found.iter().zip(known) {
+                assert!((found - known).abs() < 2e-3, "{name}: {found} {known}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -528,6 +641,12 @@ fn round_channels_close_as_in_an_endless_body() {
                 println!("at {ratio}: {found:.5}");
                 assert!((found - ratio).abs() < 0.005, "{found} for {ratio}");
             }
+            for ratio in [1.1_f64, 1.4, 1.9] {
+                let inside = -MU * round_in_an_endless_body(ratio);
+                let (_, found) = curve.filled(inside).unwrap();
+                println!("over-filled to {ratio}: {found:.5}");
+                assert!((found - ratio).abs() < 0.005 * ratio, "{found} for {ratio}");
+            }
         }
     }
 }
@@ -574,6 +693,11 @@ fn points_of_another_shape_are_refused() {
     let own = named("rows", &named("columns", &elliptic()));
     let refused = Sensor::parse("round.toml", &own).unwrap_err();
     assert_eq!(refused.key, "element.microchannel.columns");
+    // They do not say how it bulges.
+    let liquid = "[element.microchannel.liquid]";
+    let filled = own.replace(liquid, &format!("{liquid}\ninitial_pressure = \"1 kPa\""));
+    let refused = Sensor::parse_with("round.toml", &filled, &mut Afresh).unwrap_err();
+    assert_eq!(refused.key, "element.microchannel.liquid.initial_pressure");
     // On rectangles they are refused as well.
     let back = own.replace("shape = \"ellipse\"", "shape = \"rectangle\"");
     let refused = Sensor::parse("round.toml", &back).unwrap_err();
@@ -581,7 +705,7 @@ fn points_of_another_shape_are_refused() {
 }
 
 /// A sensor file with elliptic channels: its cells are solved and kept, it has the resistance of an
-/// ellipse; over-filling is refused.
+/// ellipse, and bulges as solved when it is over-filled.
 #[test]
 fn an_elliptic_channel_is_a_key_of_the_section() {
     let round = elliptic_without_points();
@@ -598,8 +722,17 @@ fn an_elliptic_channel_is_a_key_of_the_section() {
         "[element.microchannel.liquid]",
         "[element.microchannel.liquid]\ninitial_pressure = \"1 kPa\"",
     );
-    let refused = Sensor::parse_with("round.toml", &filled, &mut memory).unwrap_err();
-    assert_eq!(refused.key, "element.microchannel.liquid.initial_pressure");
+    let filled = Sensor::parse_with("round.toml", &filled, &mut memory).unwrap();
+    assert_eq!(memory.solved, 2);
+    let upper = &filled.microchannels().unwrap().layers[1];
+    let bulged = 1.0
+        + 1e3
+            * sensor.microchannels().unwrap().layers[1]
+                .closing
+                .compliance();
+    assert!(upper.closing.knows_bulging());
+    // By the slope at rest but for its curvature over the 12 % that it bulges.
+    assert!((upper.bulged() - bulged).abs() < 1e-3, "{}", upper.bulged());
     let drawn = Sensor::shipped("liquid-metal-2x4").unwrap();
     let [round, drawn] = [&sensor, &drawn].map(|sensor| sensor.microchannels().unwrap());
     let rest = |layer: &taxel::transduction::MicrochannelLayer| {

@@ -1,5 +1,6 @@
 //! Quantities derived from the drawing of crossing microchannels.
 
+use super::loads::{part_error, shortest_part};
 use super::{LAYERS, MicrochannelArray};
 use crate::device::{of_table, timing};
 use crate::electronics::LastStage;
@@ -208,7 +209,11 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
                 "transduction",
                 format!("{name}_filled_area_ratio"),
                 number(layer.bulged(), "", "", 1.0),
-                "area at rest over the drawn one: the over-filled microchannel bulges by its slope at rest, within 2.5 %",
+                if layer.closing.knows_bulging() {
+                    "area at rest over the drawn one: the over-filled microchannel as solved"
+                } else {
+                    "area at rest over the drawn one: the over-filled microchannel bulges by its slope at rest"
+                },
             ));
         }
         let one = array.taxel_share()[index];
@@ -245,6 +250,21 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             }
         }
     }
+    let errors = named(array).filter_map(|(name, layer)| {
+        Some(fact(
+            "transduction",
+            format!("{name}_loaded_part_error"),
+            number(part_error(&layer.closing)?, "share", "%", 1e-2),
+            "of the change of resistance under loads on parts of a channel, most that a hundred random sheets need",
+        ))
+    });
+    facts.extend(errors);
+    facts.push(fact(
+        "transduction",
+        "shortest_loaded_part",
+        number(shortest_part(array.element.thickness()), "m", "um", 1e-6),
+        "1.4 times the stack: the ends of a shorter part carry more of its load",
+    ));
     facts
 }
 

@@ -1,6 +1,6 @@
 //! Columns of the loads on a sheet of microchannels.
 
-use crate::mechanics::Stretch;
+use crate::mechanics::{ClosingCurve, CurveSource, Stretch};
 use crate::predict::{Load, LoadColumn, LoadKind, LoadRefused};
 use crate::quantity::{AREA, FORCE, LENGTH, STRESS};
 
@@ -76,6 +76,26 @@ pub(super) fn stretches_of(load: &Load<'_>) -> Result<Vec<Stretch>, LoadRefused>
         pressure: 0.0,
     });
     Ok(stretches)
+}
+
+/// Shortest part of a channel under a load, in thicknesses of the sheet, whose ends may be left
+/// out: the sheet carries load over about its thickness.
+const SHORTEST_PART: f64 = 1.4;
+
+/// Error of the change of resistance, as a share, where loads press on parts of a channel that are
+/// not shorter: what a hundred random sheets need (`docs/theory/microchannel.md`, section 9). Not known
+/// of points that were typed in.
+pub(super) fn part_error(closing: &ClosingCurve) -> Option<f64> {
+    match closing.source() {
+        CurveSource::Tabulated { .. } | CurveSource::Solved { .. } => Some(0.3),
+        CurveSource::LoadPath => Some(0.6),
+        CurveSource::Points => None,
+    }
+}
+
+/// Length of the shortest part, m, for which [`part_error`] holds.
+pub(super) fn shortest_part(thickness: f64) -> f64 {
+    SHORTEST_PART * thickness
 }
 
 /// Largest coordinate of a position on a sheet, m.

@@ -2,7 +2,7 @@
 
 use super::loads::{
     AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, SECOND, is_double, is_local, pressure_of,
-    stretches_of,
+    shortest_part, stretches_of,
 };
 use super::{LAYERS, MicrochannelArray};
 use crate::device::{number_cell, number_column};
@@ -12,6 +12,7 @@ use crate::mechanics::{
     SectionClosure, SolvedBody, SolvedLayer, SolvedVoids, Stretch, VoidStack,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
+use crate::sensor::micrometres;
 use crate::table::{Cell, Column};
 use crate::transduction::MicrochannelLayer;
 
@@ -93,6 +94,8 @@ pub struct MicrochannelPredictor {
     board: DividerBoard,
     section: MicrochannelSection,
     closed_form: LinearElastic,
+    /// Thickness of the stack, m.
+    thickness: f64,
     field: Option<Field>,
     /// Loads that press at once on parts of a channel in the answers, 1 or 2.
     loads_at_once: usize,
@@ -116,6 +119,7 @@ impl MicrochannelPredictor {
             board: array.board,
             section: array.element.section(),
             closed_form: array.element.closed_form,
+            thickness: array.element.thickness(),
             field: None,
             loads_at_once: 1,
         }
@@ -288,6 +292,26 @@ impl MicrochannelPredictor {
         })
     }
 
+    /// A remark where a load presses on a part of a channel so short that its ends matter.
+    fn short_part(&self, loads: &Loads) -> Option<String> {
+        let shortest = shortest_part(self.thickness);
+        let shares = (0..loads.len()).flat_map(|row| {
+            let load = loads.load(row);
+            [0, SECOND].map(|first| load.number(first + LOADED_SHARE))
+        });
+        let smallest = shares.flatten().reduce(f64::min)?;
+        let lengths = self.layers.iter().map(|layer| layer.conductor.length);
+        let length = smallest * lengths.fold(f64::INFINITY, f64::min);
+        (length < shortest * (1.0 - 1e-9)).then(|| {
+            format!(
+                "loaded_share = {smallest} is a part of {}; its ends carry load that the closed form leaves out, and the error that \
+                 taxel check states is for parts of {} or more; --mechanics fem answers for a patch (patch_x, patch_y)",
+                micrometres(length),
+                micrometres(shortest)
+            )
+        })
+    }
+
     /// Names of a quantity of each load: the second has the suffix of its columns.
     fn of_each(&self, what: &str) -> impl Iterator<Item = String> {
         let suffixes = ["", "_2"].into_iter().take(self.loads_at_once);
@@ -303,7 +327,7 @@ impl Predictor for MicrochannelPredictor {
     ) -> Result<Option<String>, String> {
         self.loads_at_once = 1 + usize::from(is_double(&loads.given.columns));
         if self.field.is_none() {
-            return Ok(None);
+            return Ok(self.short_part(loads));
         }
         let pressures = (0..loads.len()).flat_map(|row| {
             let load = loads.load(row);
