@@ -214,6 +214,7 @@ fn passes(noise: f64, seed: u64) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
 const OPTIONS: [PositionOptions; 1] = [PositionOptions {
     smoothing: 1e-2,
     run_in: 0.0,
+    fading: f64::INFINITY,
     spacing: 1.0,
     depths: 0,
 }];

@@ -117,15 +117,7 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
         "rms",
     );
     others(&frames, &places, train)?;
-    let candidates: Vec<PositionOptions> = [0.0, 0.25, 0.5]
-        .iter()
-        .flat_map(|run_in| [1e-6, 1e-4, 1e-2].map(|smoothing| (*run_in, smoothing)))
-        .map(|(run_in, smoothing)| PositionOptions {
-            smoothing,
-            run_in,
-            ..PositionOptions::default()
-        })
-        .collect();
+    let candidates = PositionOptions::of_one_depth();
     let start = Instant::now();
     let (map, scores) = shown(train_position(
         &frames[..train],
@@ -156,8 +148,9 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     );
     for (options, score) in candidates.iter().zip(&scores) {
         let name = format!(
-            "    run-in {:.0} %, smoothing {:.0e}",
+            "    run-in {:.0} %, fading {:.2}, smoothing {:.0e}",
             100.0 * options.run_in,
+            options.fading,
             options.smoothing
         );
         line(&name, *score, METRES, "");

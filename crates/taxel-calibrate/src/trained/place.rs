@@ -73,7 +73,7 @@ pub(super) fn train(
         .extend(compared("place", all, "mm along an axis", MILLIMETRES));
     let options = &candidates[best];
     found.remarks.push(Remark::whole(format!(
-        "place: surface of {} x {}{} intervals, smoothing {}, without the first {:.0} % of the presses; best of {} by the \
+        "place: surface of {} x {}{} intervals, smoothing {}, without the first {:.0} % of the presses{}; best of {} by the \
          likelihood of held-out presses",
         map.surface.intervals[0],
         map.surface.intervals[1],
@@ -84,6 +84,14 @@ pub(super) fn train(
         },
         options.smoothing,
         100.0 * options.run_in,
+        if options.fading.is_finite() {
+            format!(
+                ", whose weight falls to 1/e over {:.0} % of them back in time",
+                100.0 * options.fading
+            )
+        } else {
+            String::new()
+        },
         candidates.len()
     )));
     if let Some(depth) = held_out.depth_score {
@@ -121,20 +129,19 @@ const SURFACE: &str = "inverted surface";
 /// Surfaces that are tried.
 fn candidates(deep: bool) -> Vec<PositionOptions> {
     let mut all = Vec::new();
-    let (run_ins, spacings, depths, smoothings): (&[f64], &[f64], &[usize], &[f64]) = if deep {
-        (&[0.0, 0.5], &[1.5, 2.0, 2.5], &[1, 2], &[0.03, 0.1, 0.3])
-    } else {
-        (&[0.0, 0.25, 0.5], &[1.0], &[0], &[1e-6, 1e-4, 1e-2])
-    };
-    for run_in in run_ins {
-        for spacing in spacings {
-            for depths in depths {
-                for smoothing in smoothings {
+    if !deep {
+        return PositionOptions::of_one_depth();
+    }
+    for run_in in [0.0, 0.5] {
+        for spacing in [1.5, 2.0, 2.5] {
+            for depths in [1, 2] {
+                for smoothing in [0.03, 0.1, 0.3] {
                     all.push(PositionOptions {
-                        smoothing: *smoothing,
-                        run_in: *run_in,
-                        spacing: *spacing,
-                        depths: *depths,
+                        smoothing,
+                        run_in,
+                        spacing,
+                        depths,
+                        ..PositionOptions::default()
                     });
                 }
             }

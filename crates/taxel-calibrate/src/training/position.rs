@@ -14,6 +14,9 @@ pub struct PositionOptions {
     /// Share of the rows that is left out at the beginning: a new body
     /// settles in its first presses; default none.
     pub run_in: f64,
+    /// Share of the rows over which the weight of a row falls to 1/e of that of the last: a body
+    /// that drifts is best known by its newest presses; default infinite, all count the same.
+    pub fading: f64,
     /// Length of an interval of the surface over the spacing of the positions; default 1.
     pub spacing: f64,
     /// Intervals of the depth; default none, for presses of one depth.
@@ -25,9 +28,30 @@ impl Default for PositionOptions {
         Self {
             smoothing: 1e-4,
             run_in: 0.0,
+            fading: f64::INFINITY,
             spacing: 1.0,
             depths: 0,
         }
+    }
+}
+
+impl PositionOptions {
+    /// Candidates for presses of one depth.
+    pub fn of_one_depth() -> Vec<Self> {
+        let mut all = Vec::new();
+        for run_in in [0.0, 0.25, 0.5] {
+            for fading in [f64::INFINITY, FADING] {
+                for smoothing in [1e-6, 1e-4, 1e-2] {
+                    all.push(Self {
+                        smoothing,
+                        run_in,
+                        fading,
+                        ..Self::default()
+                    });
+                }
+            }
+        }
+        all
     }
 }
 
@@ -60,6 +84,8 @@ pub(crate) const HELD_OUT: f64 = 0.25;
 const MISFIT_MARGIN: f64 = 2.0;
 /// Distinct readings per coefficient when the presses are on no grid.
 const ROWS_PER_COEFFICIENT: f64 = 3.0;
+/// Share of the rows over which presses fade.
+const FADING: f64 = 1.0 / 3.0;
 /// Smoothing along the depth, where readings bend little.
 const DEPTH_SMOOTHING: f64 = 1e-3;
 
@@ -137,6 +163,7 @@ fn fit(
     options: PositionOptions,
 ) -> Result<PositionMap, TrainingError> {
     let begin = (options.run_in.clamp(0.0, 0.9) * frames.len() as f64) as usize;
+    let fading = options.fading * frames.len() as f64;
     let (frames, places) = (&frames[begin..], &places[begin..]);
     let standard = Standard::of(frames)?;
     let (rows, places): (Vec<_>, Vec<_>) = frames
@@ -144,10 +171,11 @@ fn fit(
         .zip(places)
         .filter_map(|(frame, place)| Some((standard.apply(frame).ok()?, *place)))
         .unzip();
+    let weights = faded(rows.len(), fading);
     let [x, y] = intervals(&places, options.spacing);
     let smoothing = [options.smoothing, DEPTH_SMOOTHING];
-    let mut surface = Surface::fit(&places, &rows, [x, y, options.depths], smoothing)?;
-    let whitening = whitening(&surface, &places, &rows)?;
+    let mut surface = Surface::fit(&places, &rows, &weights, [x, y, options.depths], smoothing)?;
+    let whitening = whitening(&surface, &places, &rows, &weights)?;
     let width = surface.width;
     for row in surface.coefficients.chunks_exact_mut(width) {
         let white = whiten(&whitening, row);
@@ -228,11 +256,20 @@ fn intervals(places: &[[f64; 3]], spacing: f64) -> [usize; 2] {
     [longer((side as usize).saturating_sub(3)); 2]
 }
 
+/// Weights of rows in the order of time that fade over so many of them, one on average.
+fn faded(rows: usize, fading: f64) -> Vec<f64> {
+    let weights = (0..rows).rev().map(|age| (-(age as f64) / fading).exp());
+    let weights: Vec<f64> = weights.collect();
+    let mean = weights.iter().sum::<f64>() / rows.max(1) as f64;
+    weights.into_iter().map(|weight| weight / mean).collect()
+}
+
 /// L⁻¹ of the covariance of the rows about the surface, by rows.
 fn whitening(
     surface: &Surface,
     places: &[[f64; 3]],
     rows: &[Vec<f64>],
+    weights: &[f64],
 ) -> Result<Vec<f64>, TrainingError> {
     let width = surface.width;
     let residuals: Vec<Vec<f64>> = places
@@ -246,7 +283,8 @@ fn whitening(
     // Each coefficient takes one reading; half of them are always left.
     let freedom = (rows.len() as f64 - surface.unknowns() as f64).max(0.5 * rows.len() as f64);
     let covariance = Mat::from_fn(width, width, |i, j| {
-        let sum: f64 = residuals.iter().map(|row| row[i] * row[j]).sum();
+        let products = residuals.iter().zip(weights);
+        let sum: f64 = products.map(|(row, w)| w * row[i] * row[j]).sum();
         // The channels have unit deviation; a thousandth of it is the least
         // that two presses at one place may differ.
         sum / freedom + if i == j { 1e-6 } else { 0.0 }

@@ -11,6 +11,7 @@
 mod benches;
 mod positions;
 mod tally;
+mod trained;
 
 use tally::Case;
 
@@ -20,7 +21,10 @@ const BENCHES: u64 = 400;
 const FEW: u64 = 6;
 
 fn cases() -> impl Iterator<Item = Case> {
-    benches::all().into_iter().chain(positions::all())
+    benches::all()
+        .into_iter()
+        .chain(positions::all())
+        .chain(trained::all())
 }
 
 /// The numbers of a case that hold the truth too rarely.

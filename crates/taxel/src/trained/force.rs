@@ -135,9 +135,10 @@ impl Mixed {
     /// Appends the features of channels and memory.
     fn expand(&self, linear: &[f64], features: &mut Vec<f64>) {
         let width = self.directions.first().map_or(0, Vec::len);
+        let now: Vec<f64> = self.along(linear, 0).collect();
         for time in &self.times {
             for creep in self.along(linear, (time + 1) * width) {
-                features.extend(self.along(linear, 0).map(|now| now * creep));
+                features.extend(now.iter().map(|now| now * creep));
             }
         }
     }
@@ -146,10 +147,10 @@ impl Mixed {
     /// of `slopes`, one for each creep time.
     fn slopes(&self, weights: &[f64], linear: &[f64], slopes: &mut [f64]) {
         let count = self.directions.len();
+        let now: Vec<f64> = self.along(linear, 0).collect();
         for (time, weights) in self.times.iter().zip(weights.chunks(count.pow(2).max(1))) {
             for (direction, weights) in self.directions.iter().zip(weights.chunks(count)) {
-                let now = self.along(linear, 0).zip(weights);
-                let slope: f64 = now.map(|(now, weight)| now * weight).sum();
+                let slope = dot(&now, weights);
                 let row = &mut slopes[time * direction.len()..][..direction.len()];
                 let row = row.iter_mut().zip(direction);
                 row.for_each(|(sum, share)| *sum += slope * share);

@@ -8,6 +8,7 @@
 //! model. Drift that moves channels together stands in Σ and weighs little,
 //! which a map straight from channels to position cannot know.
 
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::{Standard, Support, Surface, TrainingError};
@@ -138,7 +139,7 @@ pub struct PositionEstimator {
     nodes: Vec<[f64; 3]>,
     /// Number of nodes along each axis.
     counts: [usize; 3],
-    /// Their whitened answers one after the other, each padded to eights.
+    /// Their whitened answers one after the other, each padded to registers.
     answers: Vec<f32>,
     value: Vec<f64>,
     slopes: [Vec<f64>; 3],
@@ -215,45 +216,14 @@ impl PositionEstimator {
         Ok(self.judged(position, normal, misfit))
     }
 
-    /// The node whose answer is nearest to a frame: every other one first, then
-    /// those round the best few, as a rough surface has more than one valley.
+    /// The node whose answer is nearest to a frame.
     fn nearest_node(&self, white: &[f32]) -> [f64; 3] {
-        const VALLEYS: usize = 4;
-        let [rows, columns, layers] = self.counts;
-        let number = |[row, column, layer]: [usize; 3]| (row * columns + column) * layers + layer;
-        let distance = |node: [usize; 3]| {
-            squared_distance(
-                &self.answers[number(node) * white.len()..][..white.len()],
-                white,
-            )
-        };
-        let mut valleys = [(f32::INFINITY, [0, 0, 0]); VALLEYS];
-        for row in (0..rows).step_by(2) {
-            for column in (0..columns).step_by(2) {
-                for layer in 0..layers {
-                    let at = [row, column, layer];
-                    let found = (distance(at), at);
-                    if let Some(rank) = valleys.iter().position(|valley| found.0 < valley.0) {
-                        valleys[rank..].rotate_right(1);
-                        valleys[rank] = found;
-                    }
-                }
-            }
-        }
-        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-        let mut best = valleys[0];
-        for (_, [row, column, layer]) in valleys {
-            for row in around(row, rows) {
-                for column in around(column, columns) {
-                    let at = [row, column, layer];
-                    let found = distance(at);
-                    if found < best.0 {
-                        best = (found, at);
-                    }
-                }
-            }
-        }
-        self.nodes[number(best.1)]
+        let [row, column, layer] = pulp::Arch::new().dispatch(Nearest {
+            answers: &self.answers,
+            counts: self.counts,
+            white,
+        });
+        self.nodes[number(self.counts, [row, column, layer])]
     }
 
     /// |white − x(position)|², leaving the answer and its slopes.
@@ -362,23 +332,91 @@ fn inverse(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| minor(j, i) / determinant))
 }
 
+/// Numbers that are compared at once.
+const LANES: usize = 16;
+
 fn padded(row: &[f64]) -> Vec<f32> {
     let mut padded: Vec<f32> = row.iter().map(|x| *x as f32).collect();
-    padded.resize(row.len().next_multiple_of(8), 0.0);
+    padded.resize(row.len().next_multiple_of(LANES), 0.0);
     padded
 }
 
-/// |a − b|² in eight independent sums, which the compiler keeps in one
-/// register. Indices, because iterators are not inlined across the crates
-/// here: they take ten times as long.
-#[allow(clippy::needless_range_loop)]
-fn squared_distance(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; 8];
-    for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
-        for i in 0..8 {
-            let difference = a[i] - b[i];
-            sums[i] += difference * difference;
+/// Number of a node.
+fn number(counts: [usize; 3], [row, column, layer]: [usize; 3]) -> usize {
+    (row * counts[1] + column) * counts[2] + layer
+}
+
+/// Search for the node whose answer is nearest to a frame: every other one first, then
+/// those round the best few, as a rough surface has more than one valley.
+struct Nearest<'a> {
+    answers: &'a [f32],
+    counts: [usize; 3],
+    white: &'a [f32],
+}
+
+/// Valleys that are looked into.
+const VALLEYS: usize = 4;
+
+impl WithSimd for Nearest<'_> {
+    type Output = [usize; 3];
+
+    #[inline(always)]
+    #[allow(
+        clippy::inline_always,
+        reason = "the registers are those of the caller"
+    )]
+    fn with_simd<S: Simd>(self, simd: S) -> [usize; 3] {
+        let [rows, columns, layers] = self.counts;
+        let mut valleys = [(f32::INFINITY, [0, 0, 0]); VALLEYS];
+        for row in (0..rows).step_by(2) {
+            for column in (0..columns).step_by(2) {
+                for layer in 0..layers {
+                    let at = [row, column, layer];
+                    let found = (self.distance(simd, at), at);
+                    if let Some(rank) = valleys.iter().position(|valley| found.0 < valley.0) {
+                        valleys[rank..].rotate_right(1);
+                        valleys[rank] = found;
+                    }
+                }
+            }
         }
+        let mut best = valleys[0];
+        for (_, [row, column, layer]) in valleys {
+            for row in around(row, rows) {
+                for column in around(column, columns) {
+                    let at = [row, column, layer];
+                    let found = self.distance(simd, at);
+                    if found < best.0 {
+                        best = (found, at);
+                    }
+                }
+            }
+        }
+        best.1
     }
-    sums.iter().sum()
+}
+
+impl Nearest<'_> {
+    /// |answer − white|² at a node.
+    #[inline(always)]
+    #[allow(
+        clippy::inline_always,
+        reason = "the registers are those of the caller"
+    )]
+    fn distance<S: Simd>(&self, simd: S, node: [usize; 3]) -> f32 {
+        let width = self.white.len();
+        let answer = &self.answers[number(self.counts, node) * width..][..width];
+        let (answer, white) = (S::as_simd_f32s(answer).0, S::as_simd_f32s(self.white).0);
+        let mut sum = simd.splat_f32s(0.0);
+        for (answer, white) in answer.iter().zip(white) {
+            let difference = simd.sub_f32s(*answer, *white);
+            sum = simd.mul_add_e_f32s(difference, difference, sum);
+        }
+        simd.reduce_sum_f32s(sum)
+    }
+}
+
+/// A node along an axis and its neighbours.
+fn around(at: usize, count: usize) -> std::ops::Range<usize> {
+    at.saturating_sub(1)..(at + 2).min(count)
 }

@@ -93,6 +93,8 @@ pub struct RelationWatch {
     /// P in full, and the work copy without the channels that are left out.
     full: Vec<f64>,
     swept: Vec<f64>,
+    /// True while the work copy is P itself.
+    whole: bool,
     scaled: Vec<f64>,
     product: Vec<f64>,
     /// Channels that were wrong in the frame before.
@@ -125,6 +127,7 @@ impl RelationWatch {
             .collect();
         Ok(Self {
             swept: full.clone(),
+            whole: true,
             full,
             scaled: vec![0.0; width],
             product: vec![0.0; width],
@@ -284,7 +287,10 @@ impl RelationWatch {
 
     /// The inverse without all channels that are left out.
     fn sweep(&mut self) {
-        self.swept.copy_from_slice(&self.full);
+        if !self.whole {
+            self.swept.copy_from_slice(&self.full);
+            self.whole = true;
+        }
         for i in 0..self.scaled.len() {
             if self.judged.left_out[i] {
                 self.sweep_one(i);
@@ -294,6 +300,7 @@ impl RelationWatch {
 
     fn sweep_one(&mut self, m: usize) {
         let width = self.scaled.len();
+        self.whole = false;
         let pivot = self.swept[m * width + m];
         let column: Vec<f64> = (0..width).map(|i| self.swept[i * width + m]).collect();
         for i in 0..width {

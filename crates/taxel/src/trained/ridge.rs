@@ -319,4 +319,42 @@ mod tests {
         }
         assert!(!Triangle::from(vec![1.0; 4]).is_sound(2));
     }
+
+    /// Features that hang together and differ by orders of size, as channels and their creep:
+    /// the leverage is that of the exact inverse to a thousandth, for rows of training and for
+    /// others ten times as large.
+    #[test]
+    fn a_leverage_is_that_of_the_exact_inverse() {
+        let size = 150;
+        let mut noise = taxel_numerics::Noise::seeded(1);
+        let unit = |j: usize| 10f64.powi(j as i32 % 7 - 3);
+        let mut row = |far: f64| -> Vec<f64> {
+            let common: Vec<f64> = (0..6).map(|_| far * noise.normal()).collect();
+            let of = |j: usize| unit(j) * (common[j % 6] + 0.01 * far * noise.normal());
+            let features = (1..size).map(of);
+            std::iter::once(1.0).chain(features).collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..1000).map(|_| row(1.0)).collect();
+        let targets: Vec<f64> = rows.iter().map(|row| row[1] + row[2]).collect();
+        let moments = Moments::of(&rows, &targets).unwrap();
+        for prior in [0.1, 10.0] {
+            let ridge = Ridge::fit(&moments, prior).unwrap();
+            let mut matrix = moments.gram.clone();
+            for j in 1..size {
+                matrix[(j, j)] += prior * moments.spread(j);
+            }
+            let factor = matrix.llt(Side::Lower).unwrap();
+            for far in [1.0, 10.0] {
+                let row = row(far);
+                let right = Mat::from_fn(size, 1, |i, _| row[i]);
+                let solved = factor.solve(&right);
+                let exact: f64 = (0..size).map(|j| row[j] * solved[(j, 0)]).sum();
+                let found = ridge.leverage(&row);
+                assert!(
+                    (found / exact - 1.0).abs() < 1e-3,
+                    "{prior}: {found} {exact}"
+                );
+            }
+        }
+    }
 }

@@ -49,15 +49,17 @@ struct Local {
 }
 
 impl Surface {
-    /// Fits `values` (one row of functions each) at `positions` (x, y, z in m), with
-    /// `intervals` along x, y and z (none: one depth). The smoothings λ along the plane and
-    /// along z are relative to the number of readings for each coefficient.
+    /// Fits `values` (one row of functions each, which counts by its share of `weights`) at
+    /// `positions` (x, y, z in m), with `intervals` along x, y and z (none: one depth). The
+    /// smoothings λ along the plane and along z are relative to the sum of the weights for each
+    /// coefficient.
     ///
     /// # Errors
     /// [`TrainingError`] when the positions span no area or leave a function open.
     pub fn fit(
         positions: &[[f64; 3]],
         values: &[Vec<f64>],
+        weights: &[f64],
         intervals: [usize; 3],
         smoothing: [f64; 2],
     ) -> Result<Self, TrainingError> {
@@ -86,7 +88,7 @@ impl Surface {
             width: values.first().map_or(0, Vec::len),
             coefficients: Vec::new(),
         };
-        surface.solve(positions, values, smoothing)?;
+        surface.solve(positions, values, weights, smoothing)?;
         Ok(surface)
     }
 
@@ -94,6 +96,7 @@ impl Surface {
         &mut self,
         positions: &[[f64; 3]],
         values: &[Vec<f64>],
+        weights: &[f64],
         smoothing: [f64; 2],
     ) -> Result<(), TrainingError> {
         let unknowns = self.unknowns();
@@ -102,9 +105,10 @@ impl Surface {
         let mut system = Banded::new(unknowns, band);
         let mut right = vec![0.0; unknowns * self.width];
         let mut terms = Vec::new();
-        for (position, value) in positions.iter().zip(values) {
+        for ((position, value), counts) in positions.iter().zip(values).zip(weights) {
             self.terms(*position, &mut terms);
             for (k, (at, weight)) in terms.iter().enumerate() {
+                let weight = counts * weight;
                 for (other, beside) in &terms[..=k] {
                     system.add(*at, *other, weight * beside);
                 }
@@ -114,7 +118,7 @@ impl Surface {
                 }
             }
         }
-        let share = positions.len() as f64 / unknowns as f64;
+        let share = weights.iter().sum::<f64>() / unknowns as f64;
         self.penalise(&mut system, smoothing.map(|smoothing| smoothing * share));
         if !system.factorise() {
             return Err(TrainingError::Dependent { features: unknowns });
@@ -292,10 +296,11 @@ impl WithSimd for Sums<'_> {
         reason = "the registers are those of the caller"
     )]
     #[allow(clippy::needless_range_loop)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let width = self.into[0].len();
+        let registers = LANES / S::F64_LANES;
         for first in (0..width).step_by(LANES) {
-            let mut sums = [[0.0; LANES]; 4];
+            let mut sums = [[simd.splat_f64s(0.0); LANES]; 4];
             let mut last = [0.0; LANES];
             for (at, shares) in self.terms {
                 let rest = &self.coefficients[at + first..];
@@ -305,15 +310,21 @@ impl WithSimd for Sums<'_> {
                     last[..rest.len()].copy_from_slice(rest);
                     &last
                 };
+                let row = S::as_simd_f64s(row).0;
                 for kind in 0..4 {
-                    for lane in 0..LANES {
-                        sums[kind][lane] += shares[kind] * row[lane];
+                    let share = simd.splat_f64s(shares[kind]);
+                    for part in 0..registers {
+                        sums[kind][part] = simd.mul_add_e_f64s(share, row[part], sums[kind][part]);
                     }
                 }
             }
             let count = LANES.min(width - first);
             for kind in 0..4 {
-                self.into[kind][first..first + count].copy_from_slice(&sums[kind][..count]);
+                let mut lanes = [0.0; LANES];
+                S::as_mut_simd_f64s(&mut lanes)
+                    .0
+                    .copy_from_slice(&sums[kind][..registers]);
+                self.into[kind][first..first + count].copy_from_slice(&lanes[..count]);
             }
         }
     }
@@ -429,7 +440,8 @@ mod tests {
             let positions = positions(900);
             let values: Vec<_> = positions.iter().map(f).collect();
             let intervals = [4, 5, usize::from(deep) * 2];
-            let surface = Surface::fit(&positions, &values, intervals, [0.0; 2]).unwrap();
+            let surface =
+                Surface::fit(&positions, &values, &[1.0; 900], intervals, [0.0; 2]).unwrap();
             assert_eq!(surface.is_deep(), deep);
             let (mut v, mut slopes) = ([0.0; 2], [vec![0.0; 2], vec![0.0; 2], vec![0.0; 2]]);
             for p in [[0.0, 1.0, 0.2], [0.31, 0.77, 0.9], [1.0, 0.5, 0.0]] {
@@ -452,7 +464,7 @@ mod tests {
         let positions = positions(300);
         let plane = |p: &[f64; 3]| vec![2.0 - p[0] + 3.0 * p[1] + p[2]];
         let values: Vec<_> = positions.iter().map(plane).collect();
-        let surface = Surface::fit(&positions, &values, [9, 9, 2], [1e6; 2]).unwrap();
+        let surface = Surface::fit(&positions, &values, &[1.0; 300], [9, 9, 2], [1e6; 2]).unwrap();
         let at = [0.2, 0.9, 0.4];
         assert!((surface.at(at)[0] - plane(&at)[0]).abs() < 1e-6);
     }
@@ -460,7 +472,7 @@ mod tests {
     #[test]
     fn presses_along_a_line_are_refused() {
         let line: Vec<_> = (0..9).map(|i| [f64::from(i), 2.0, 0.0]).collect();
-        let found = Surface::fit(&line, &vec![vec![0.0]; 9], [3, 3, 0], [1.0; 2]);
+        let found = Surface::fit(&line, &vec![vec![0.0]; 9], &[1.0; 9], [3, 3, 0], [1.0; 2]);
         assert_eq!(found, Err(TrainingError::NoArea(8.0, 0.0)));
     }
 }
