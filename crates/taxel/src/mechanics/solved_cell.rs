@@ -27,7 +27,7 @@ pub struct SolvedCell {
     /// Net pressure and area ratio, from the first state after rest on.
     points: Vec<[f64; 2]>,
     /// Pressure inside beyond that outside and area ratio, from the first state after rest on, as
-    /// far as it bulges and the solution goes.
+    /// far as the solution goes and more pressure bulges it more.
     bulged: Vec<[f64; 2]>,
     /// Area ratio at which roof and floor touch first.
     touch: Option<f64>,
@@ -228,6 +228,13 @@ impl SolvedCell {
             Way::new(&fine, cell.section.shape).map_err(|failure| advice(cell, &failure))?;
         for (number, &ratio) in BULGED.iter().enumerate() {
             if !bulging.close(ratio) {
+                break;
+            }
+            // Beyond the greatest pressure that it holds it gives way.
+            if let [.., before, now] = bulging.states[..]
+                && now.pressure >= before.pressure
+            {
+                bulging.states.pop();
                 break;
             }
             progress((RATIOS.len() + number + 1) as f64 / count);
