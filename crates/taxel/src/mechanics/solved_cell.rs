@@ -359,7 +359,7 @@ impl Way {
         let before = (solver.state().clone(), solver.targets().to_vec());
         let mut closed = self.to(ratio);
         if self.touch.is_none() && closed.as_ref().is_ok_and(|state| state.gap <= 0.0) {
-            self.touch_first(before);
+            self.touch_first(before, ratio);
             if self.touch.is_some_and(|touch| touch < ratio + CLOSEST) {
                 return true;
             }
@@ -382,13 +382,17 @@ impl Way {
     }
 
     /// The state at the first touch, where the line of the gap over the area ratio ends:
-    /// the curve bends there.
-    fn touch_first(&mut self, (state, targets): (taxel_fem::assembly::state::State, Vec<f64>)) {
+    /// the curve bends there. At `reached` they touch already.
+    fn touch_first(
+        &mut self,
+        (state, targets): (taxel_fem::assembly::state::State, Vec<f64>),
+        reached: f64,
+    ) {
         let [.., one, two] = self.states[..] else {
             return;
         };
         let slope = (one.gap - two.gap) / (one.area_ratio - two.area_ratio);
-        let ratio = two.area_ratio - two.gap / slope;
+        let ratio = (two.area_ratio - two.gap / slope).max(reached);
         let place = (
             self.study.solver.state().clone(),
             self.study.solver.targets().to_vec(),

@@ -327,7 +327,7 @@ mod tests {
     fn a_leverage_is_that_of_the_exact_inverse() {
         let size = 150;
         let mut noise = taxel_numerics::Noise::seeded(1);
-        let unit = |j: usize| 10f64.powi(j as i32 % 7 - 3);
+        let unit = |j: usize| 10f64.powf((j % 7) as f64 - 3.0);
         let mut row = |far: f64| -> Vec<f64> {
             let common: Vec<f64> = (0..6).map(|_| far * noise.normal()).collect();
             let of = |j: usize| unit(j) * (common[j % 6] + 0.01 * far * noise.normal());
