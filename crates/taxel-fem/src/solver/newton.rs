@@ -499,7 +499,7 @@ impl Solver {
     }
 
     /// One step to these targets; the state changes only when it converges.
-    fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
+    pub(super) fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
         self.system.elimination = self.settings.elimination;
         let contacts = self.problem.contacts.iter().zip(&self.state.contacts);
         let at_rest = |(contact, known): (&Contact, &ContactState)| {

@@ -558,10 +558,17 @@ impl Body {
                 "free a surface, vent a cavity, or give the solid a bulk modulus: \
                  compressibility = { quadratic = { bulk_modulus = \"…\" } }",
             ),
-            Reason::Limit { .. } | Reason::Unstable { .. } => String::from(
-                "the load has a limit there: prescribe a displacement, a force of a moved part or a \
-                 volume of a cavity in its place (parameter.prescribes)",
-            ),
+            Reason::Limit { .. } | Reason::Unstable { .. } => {
+                let cause = if matches!(reason, Reason::Limit { .. }) {
+                    "the load has a limit there"
+                } else {
+                    "the load has a limit there, or the body buckles"
+                };
+                format!(
+                    "{cause}: prescribe a displacement, a force of a moved part or a volume of a \
+                     cavity in its place (parameter.prescribes)"
+                )
+            }
             reason => reason.advice().to_owned(),
         }
     }
