@@ -453,8 +453,15 @@ fn a_foot_that_folds_onto_its_base_is_no_limit_of_the_load() {
     assert!(ends[0] > 1.1 * ends[1], "{ends:?}");
     // What the sentence says helps.
     let mut solver = block_on_base(8, true);
-    let farther = 1.5 * ends[1];
-    solver.load_to(&[farther], |_, _| Continue::Yes).unwrap();
+    let farther = 1.3 * ends[1];
+    let ended = solver.load_to(&[6.0], |state, _| {
+        if state.parameters[0] > farther {
+            Continue::Stop
+        } else {
+            Continue::Yes
+        }
+    });
+    ended.unwrap();
 }
 
 #[test]
