@@ -88,6 +88,17 @@ fn a_mushroom_is_pressed_by_a_rough_plate_to_its_end() {
 }
 
 #[test]
+fn a_tube_rolls_on_with_multipliers_at_corners_after_it_has_slipped() {
+    let mut body = body("tube");
+    go_on(&mut body, 4);
+    assert!(!body.went_to_corners());
+    go_on(&mut body, 2);
+    assert!(body.went_to_corners());
+    let share = last(&body, "plate_force_x") / last(&body, "plate_force_y");
+    assert!((share / -0.4 - 1.0).abs() < 1e-3, "{share}");
+}
+
+#[test]
 fn a_tube_is_drawn_over_a_wavy_slab() {
     let mut body = body("tube_slab");
     go_on(&mut body, 6);
