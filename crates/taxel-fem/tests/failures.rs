@@ -5,8 +5,8 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grid2, Mesh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Problem, ProblemError,
-    RigidBody, Rule, Shape, SurfacePair,
+    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Pressure, Problem,
+    ProblemError, RigidBody, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -386,4 +386,117 @@ fn a_surface_that_leaps_over_the_reach_of_its_contact_is_named() {
     assert!(failure.to_string().contains("a larger reach"), "{failure}");
     // What the sentence says helps.
     carried(0.1).unwrap();
+}
+
+/// A block on a wider, stiff base, half of it, with pressure on its top that ends at the free side
+/// face; the side face may touch the base.
+fn block_on_base(cells: usize, touches: bool) -> Solver {
+    let axis = |from, to, cells| Axis::uniform(from, to, cells).unwrap();
+    let block = Grid2::new([axis(0.0, 1.0, cells), axis(0.0, 1.0, cells)], "rubber");
+    let base = Grid2::new(
+        [axis(0.0, 2.0, 2 * cells), axis(-0.5, 0.0, cells / 2)],
+        "rubber",
+    );
+    let (block, base) = (block.mesh().unwrap(), base.mesh().unwrap());
+    let bodies = [("block", &block), ("base", &base)];
+    let mesh = Mesh::joined(&bodies, |x| x[1] == 0.0 && x[0] <= 1.0);
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    let stiff = Material::new(Law::neo_hookean(100.0), Volumetric::Incompressible).unwrap();
+    problem.materials = vec![rubber(), stiff];
+    problem.clamp("base_bottom").unwrap();
+    for side in ["block_left", "base_left"] {
+        problem.support(side, 0, Motion::Fixed).unwrap();
+    }
+    let parameter = problem.parameter("pressure", Rule::Given);
+    let surface = problem.surface("block_top").unwrap();
+    problem.pressures.push(Pressure { surface, parameter });
+    if touches {
+        let surfaces = ["block_right", "base_top"].map(|name| problem.surface(name).unwrap());
+        let pair = SurfacePair::new(&problem.mesh, surfaces, 1.0);
+        problem.contacts.push(Contact::Surfaces(pair));
+    }
+    Solver::new(problem).unwrap()
+}
+
+#[test]
+fn a_foot_that_folds_onto_its_base_is_no_limit_of_the_load() {
+    // The side face goes through the base at the corner of the foot, and the cell there turns
+    // inside out. Then the load may turn, too; but where depends on the mesh: it is no limit.
+    let ends = [4, 8].map(|cells| {
+        let mut solver = block_on_base(cells, false);
+        let failure = solver.load_to(&[6.0], |_, _| Continue::Yes).unwrap_err();
+        let (Reason::CellGivesWay(least)
+        | Reason::NotConverged {
+            inside_out: Some(least),
+            ..
+        }) = failure.reason
+        else {
+            panic!("{failure}");
+        };
+        let [x, y, _] = least.place;
+        assert!((x - 1.0).abs() < 0.1 && y.abs() < 0.1, "{failure}");
+        let text = failure.to_string();
+        let cell = format!("cell {} is inside out between its points", least.cell);
+        for part in [&cell, "that fold onto each other there a contact"] {
+            assert!(text.contains(part), "{text}");
+        }
+        // The lowest node of the side face has gone through the top of the base.
+        let mesh = &solver.problem().mesh;
+        let side = mesh.nodes_of("block_right").unwrap().into_iter();
+        let side = side.filter(|&node| mesh.points[node as usize][1] > 0.0);
+        let height = |node: u32| {
+            mesh.points[node as usize][1] + solver.state().displacement[node as usize][1]
+        };
+        assert!(side.map(height).fold(f64::INFINITY, f64::min) < -0.01);
+        solver.state().parameters[0]
+    });
+    assert!(ends[0] > 1.1 * ends[1], "{ends:?}");
+    // What the sentence says helps.
+    let mut solver = block_on_base(8, true);
+    let farther = 1.3 * ends[1];
+    let ended = solver.load_to(&[6.0], |state, _| {
+        if state.parameters[0] > farther {
+            Continue::Stop
+        } else {
+            Continue::Yes
+        }
+    });
+    ended.unwrap();
+}
+
+#[test]
+fn a_load_that_turns_is_told_as_a_limit() {
+    // A hollow sphere whose wall is a fifth of its middle radius.
+    let mut problem = rectangle([1.0, 1.0], [2, 8], rubber());
+    problem.kinematics = Kinematics::Axisymmetric;
+    for point in &mut problem.mesh.points {
+        let (angle, radius) = (std::f64::consts::FRAC_PI_2 * point[1], 0.9 + 0.2 * point[0]);
+        *point = [radius * angle.cos(), radius * angle.sin(), 0.0];
+    }
+    problem.support("bottom", 1, Motion::Fixed).unwrap();
+    problem.support("top", 0, Motion::Fixed).unwrap();
+    let parameter = problem.parameter("pressure", Rule::Given);
+    let surface = problem.surface("left").unwrap();
+    problem.pressures.push(Pressure { surface, parameter });
+    let mut solver = Solver::new(problem).unwrap();
+    let failure = solver.load_to(&[0.5], |_, _| Continue::Yes).unwrap_err();
+    assert!(matches!(failure.reason, Reason::Limit { .. }), "{failure}");
+    // Greatest of 2 (1/b - 1/a) + (1/b^4 - 1/a^4) / 2 with b^3 - 1 = (a^3 - 1) (0.9/1.1)^3.
+    let ratio = (0.9_f64 / 1.1).powi(3);
+    let pressure = |a: f64| {
+        let b = (1.0 + (a.powi(3) - 1.0) * ratio).cbrt();
+        2.0 * (1.0 / b - 1.0 / a) + 0.5 * (b.powi(-4) - a.powi(-4))
+    };
+    let greatest = (1000..2000).map(|k| pressure(f64::from(k) / 1000.0));
+    let greatest = greatest.fold(0.0, f64::max);
+    let reached = solver.state().parameters[0];
+    assert!(
+        (reached / greatest - 1.0).abs() < 2e-3,
+        "{reached} {greatest}"
+    );
+    // Where it was, it still is: the search beyond leaves nothing.
+    assert!(solver.targets() == [reached]);
+    solver
+        .load_to(&[0.5 * reached], |_, _| Continue::Yes)
+        .unwrap();
 }

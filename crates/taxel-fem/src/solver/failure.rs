@@ -39,14 +39,17 @@ fn listed(parameters: &[(String, f64)]) -> String {
     parts.join(", ")
 }
 
-fn inside_out_at(least: Option<&LeastVolume>) -> String {
-    let Some(LeastVolume { ratio, cell, place }) = least else {
-        return String::new();
-    };
+fn inside_out_at(LeastVolume { ratio, cell, place }: &LeastVolume) -> String {
     let [x, y, z] = place;
     format!(
-        "; before, cell {cell} is inside out between its points of integration near ({x:.6e}, {y:.6e}, {z:.6e}), at a volume ratio of {ratio:.2}"
+        "cell {cell} is inside out between its points of integration near ({x:.6e}, {y:.6e}, {z:.6e}), at a volume ratio of {ratio:.2}"
     )
+}
+
+fn before(least: Option<&LeastVolume>) -> String {
+    least.map_or_else(String::new, |least| {
+        format!("; before, {}", inside_out_at(least))
+    })
 }
 
 /// The motion of a body against which it has the least stiffness.
@@ -90,7 +93,7 @@ pub enum Reason {
     #[error("the iteration left the range of numbers")]
     NotANumber,
     /// The iteration did not end.
-    #[error("the iteration did not converge in {} iterations (first and last energy norm {:.1e}, {:.1e}){}", .energies.len(), .energies.first().unwrap_or(&0.0), .energies.last().unwrap_or(&0.0), inside_out_at(.inside_out.as_ref()))]
+    #[error("the iteration did not converge in {} iterations (first and last energy norm {:.1e}, {:.1e}){}", .energies.len(), .energies.first().unwrap_or(&0.0), .energies.last().unwrap_or(&0.0), before(.inside_out.as_ref()))]
     NotConverged {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
@@ -159,7 +162,8 @@ pub enum Reason {
         /// The way in which the body would leave it; none where it was not looked for.
         mode: Option<Mode>,
     },
-    /// There is no equilibrium near beyond: a limit of the given loads.
+    /// There is no equilibrium near beyond: a limit of the given loads. Followed by arc length, the
+    /// load turns.
     #[error(
         "no equilibrium was found beyond: the body gives way {times:.0} times as fast as on the way so far, most near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2]
     )]
@@ -169,6 +173,10 @@ pub enum Reason {
         /// Undeformed place of the node that goes fastest.
         place: [f64; 3],
     },
+    /// The body gives way in a cell that is inside out between its points of integration: that is
+    /// of the mesh, and neither a limit of the load nor an instability of the body.
+    #[error("{}, and the body gives way there", inside_out_at(.0))]
+    CellGivesWay(LeastVolume),
     /// The quantity that controls the step does not respond to its parameter.
     #[error("the controlled quantity does not respond to its parameter")]
     ControlLost,
@@ -207,11 +215,12 @@ impl Reason {
             Self::Limit { .. } | Self::Unstable { .. } => {
                 "A limit of the load: control by displacement, volume or arc length goes beyond it"
             }
-            Self::NotConverged {
+            Self::CellGivesWay(_)
+            | Self::NotConverged {
                 inside_out: Some(_),
                 ..
             } => {
-                "The strain there outgrew the cells: larger ones, since smaller ones turn inside out sooner, or a rounder edge"
+                "The strain there outgrew the cells: give faces that fold onto each other there a contact; or larger cells, since smaller ones turn inside out sooner, or a rounder edge"
             }
             Self::NotANumber | Self::NotConverged { .. } => {
                 "Allow smaller steps or more iterations; where surfaces touch, a stiffer contact; where the least volume ratio is near zero, larger cells"

@@ -44,6 +44,9 @@ const OVERSHOT: f64 = 2.0;
 const NEARER: f64 = 0.3;
 const WANDERS: usize = 3;
 
+/// Share of the forces along a change that may be left when a round of multipliers ends.
+const ROUND: f64 = 0.1;
+
 /// A problem being solved: the last accepted state and what is reused between steps.
 pub struct Solver {
     pub(super) problem: Problem,
@@ -499,7 +502,7 @@ impl Solver {
     }
 
     /// One step to these targets; the state changes only when it converges.
-    fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
+    pub(super) fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
         self.system.elimination = self.settings.elimination;
         let contacts = self.problem.contacts.iter().zip(&self.state.contacts);
         let at_rest = |(contact, known): (&Contact, &ContactState)| {
@@ -510,12 +513,12 @@ impl Solver {
         }
         let mut trial = self.start(targets);
         trial.memory.begin(duration);
-        let mut outcome = self.iterate(&mut trial, targets);
+        let mut outcome = self.iterate(&mut trial, targets, End::Exact);
         if outcome.is_err() && self.previous.take().is_some() {
             // The extrapolated start may be the cause.
             trial = self.state.clone();
             trial.memory.begin(duration);
-            outcome = self.iterate(&mut trial, targets);
+            outcome = self.iterate(&mut trial, targets, End::Exact);
         }
         let mut step = outcome?;
         if let Some((contact, way, reach)) = self.system.leapt(&self.problem, &self.state, &trial) {
@@ -527,11 +530,18 @@ impl Solver {
         }
         // Rounds of multipliers change little: they are measured by the step's own scale.
         let scale = self.scale;
-        for _ in 0..self.settings.rounds {
-            if !self.renew_multipliers(&mut trial) {
+        let mut rounds = 0;
+        let mut left = false;
+        loop {
+            let renewed = rounds < self.settings.rounds && self.renew_multipliers(&mut trial);
+            if !renewed && !left {
                 break;
             }
-            let round = self.iterate(&mut trial, targets)?;
+            // Multipliers and equilibrium come nearer together; only the end has to be exact.
+            let end = if renewed { End::Nearer } else { End::Exact };
+            left = renewed;
+            rounds += usize::from(renewed);
+            let round = self.iterate(&mut trial, targets, end)?;
             step.iterations += round.iterations;
             self.scale = scale;
         }
@@ -591,7 +601,7 @@ impl Solver {
         trial
     }
 
-    fn iterate(&mut self, trial: &mut State, targets: &[f64]) -> Result<Step, Reason> {
+    fn iterate(&mut self, trial: &mut State, targets: &[f64], end: End) -> Result<Step, Reason> {
         let mut assembled = self.system.assemble(&self.problem, trial, true)?;
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
@@ -622,8 +632,10 @@ impl Solver {
             last.clone_from(&before);
             let length = if alternates(&energies) { 0.5 } else { 1.0 };
             missed.hear(self.apply(trial, &before, &assembled, &change, length));
-            // The first change moves the obstacles; what they meet is seen in the second.
-            let seen = iteration > 1 || self.problem.contacts.is_empty();
+            // A change that moves obstacles is not the last; what they meet is seen in the next.
+            let seen = self.problem.contacts.is_empty()
+                || iteration > 1
+                || change.parameters.iter().all(|moved| *moved == 0.0);
             let done = settled && seen && missed.share <= MISSED * self.settings.tolerance;
             if settled && missed.rounds >= MISSED_FOR {
                 return Err(self.impossible(&missed));
@@ -639,17 +651,7 @@ impl Solver {
             }
             if done {
                 self.scale = first.max(0.3 * self.scale);
-                return Ok(Step {
-                    iterations: iteration,
-                    before_rounds: iteration,
-                    least_volume: None,
-                    definiteness,
-                    fraction: 0.0,
-                    energies: match energies[..] {
-                        [.., first, second, third] => [first, second, third],
-                        _ => [0.0; 3],
-                    },
-                });
+                return Ok(converged(iteration, definiteness, &energies));
             }
             // An iteration that wanders between sets of touching points has to come nearer with
             // each change.
@@ -659,7 +661,13 @@ impl Solver {
                 OVERSHOT
             };
             let bounds = (iteration, length, allowed);
+            let start = dot(&assembled.residual, &change.unknowns);
             assembled = self.search(trial, &before, &assembled, &change, bounds)?;
+            let nearer = dot(&assembled.residual, &change.unknowns).abs() <= ROUND * start.abs();
+            if end == End::Nearer && nearer && !assembled.incomplete {
+                self.system.reuse(std::mem::take(&mut assembled.values));
+                return Ok(converged(iteration, definiteness, &energies));
+            }
         }
         Err(self.why_not(trial, &last, &energies))
     }
@@ -858,6 +866,29 @@ impl Solver {
             }
         }
         renewed
+    }
+}
+
+/// Where an iteration ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// At the tolerance.
+    Exact,
+    /// After a change that has taken most of the forces along it.
+    Nearer,
+}
+
+fn converged(iterations: usize, definiteness: Definiteness, energies: &[f64]) -> Step {
+    Step {
+        iterations,
+        before_rounds: iterations,
+        least_volume: None,
+        definiteness,
+        fraction: 0.0,
+        energies: match energies[..] {
+            [.., first, second, third] => [first, second, third],
+            _ => [0.0; 3],
+        },
     }
 }
 

@@ -6,9 +6,10 @@ use super::small::{axpy, dot};
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::mesh::quality::extreme_eigenvalues;
-use crate::problem::{FreePart, Rule, free_part};
+use crate::problem::{FreePart, Parameter, Quantity, Rule, free_part};
 use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
+use crate::solver::volume::LeastVolume;
 use crate::sparse::LinearError;
 
 /// Greatest principal stretch, or the inverse of the least where that is greater.
@@ -29,8 +30,17 @@ const INVERSE_ITERATIONS: usize = 8;
 /// Last iterations by which one is judged that did not end.
 const ROUND: usize = 4;
 
-/// A body that goes on so many times as fast as on the way so far is at a limit of its load.
+/// A body that goes on so many times as fast as on the way so far may be at a limit of its load.
 const GIVES_WAY: f64 = 5.0;
+
+/// Steps of arc length in which a load that has a limit has to turn, and the length of the first
+/// as a share of the displacement so far.
+const STEPS_TO_TURN: usize = 20;
+const FIRST_ARC: f64 = 2e-3;
+
+fn length(v: &[f64]) -> f64 {
+    dot(v, v).sqrt()
+}
 
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
@@ -59,19 +69,34 @@ impl Solver {
                 stretch: greatest_stretch(&point.gradient),
             };
         }
-        match self.gives_way(targets) {
-            Some((times, place)) if times > GIVES_WAY => Reason::Limit { times, place },
+        let inside_out = self.least_volume_ratio();
+        let inside_out = inside_out.filter(|least| least.ratio <= 0.0);
+        let (found, place) = match self.gives_way(targets) {
+            Some((times, place, ahead)) if times > GIVES_WAY && self.turns(targets, &ahead) => {
+                (Reason::Limit { times, place }, Some(place))
+            }
             _ => match reason {
-                Reason::Unstable { .. } => Reason::Unstable {
-                    mode: self.weakest_mode(),
-                },
-                Reason::NotConverged { energies, .. } => Reason::NotConverged {
-                    energies,
-                    inside_out: self.least_volume_ratio().filter(|least| least.ratio <= 0.0),
-                },
-                other => other,
+                Reason::Unstable { .. } => {
+                    let mode = self.weakest_mode();
+                    (Reason::Unstable { mode }, mode.map(|mode| mode.place))
+                }
+                Reason::NotConverged { energies, .. } => {
+                    let reason = Reason::NotConverged {
+                        energies,
+                        inside_out,
+                    };
+                    (reason, None)
+                }
+                other => (other, None),
             },
-        }
+        };
+        // What moves in a cell that is inside out is no motion of the body.
+        let mesh = &self.problem.mesh;
+        let own = |least: &LeastVolume| {
+            let mut nodes = mesh.cell(least.cell).iter();
+            nodes.any(|&node| place == Some(mesh.points[node as usize]))
+        };
+        inside_out.filter(own).map_or(found, Reason::CellGivesWay)
     }
 
     /// The part that nothing holds but contacts, if it explains why the iteration has failed: the
@@ -104,14 +129,70 @@ impl Solver {
         (singular || lost && !presses).then_some(part)
     }
 
+    /// The given parameters that move to these targets, with their ways.
+    fn moving(&self, targets: &[f64]) -> Vec<(usize, f64)> {
+        let rules = self.problem.rules().iter();
+        let ways = rules.zip(targets).zip(&self.targets).enumerate();
+        ways.map(|(k, ((rule, target), now))| (k, rule, target - now))
+            .filter(|&(_, rule, way)| *rule == Rule::Given && way != 0.0)
+            .map(|(k, _, way)| (k, way))
+            .collect()
+    }
+
+    /// True if the load turns a little farther along the path that leads `ahead`: followed by arc
+    /// length, the body goes on under less. Several parameters have no arc; there a body whose
+    /// cells are whole is believed. The accepted state stays.
+    fn turns(&mut self, targets: &[f64], ahead: &[f64]) -> bool {
+        let [moving] = self.moving(targets)[..] else {
+            let least = self.least_volume_ratio();
+            return least.is_none_or(|least| least.ratio > 0.0);
+        };
+        let (state, kept) = (self.state.clone(), self.targets.clone());
+        let turned = self.turns_by_arc(moving, ahead.to_vec());
+        self.problem.set_rule(Parameter(moving.0), Rule::Given);
+        self.restart(state, kept);
+        turned
+    }
+
+    fn turns_by_arc(&mut self, (number, way): (usize, f64), mut ahead: Vec<f64>) -> bool {
+        // The first step of an arc goes along its parameter, forward where the scale is positive.
+        let scale = length(&ahead) / way;
+        let arc = Rule::Prescribes(Quantity::Arc(scale));
+        if self.set_rule(Parameter(number), arc).is_err() {
+            return false;
+        }
+        let mut step = FIRST_ARC * length(&self.system.unknown_part(&self.state.displacement));
+        for _ in 0..STEPS_TO_TURN {
+            let (state, kept) = (self.state.clone(), self.targets.clone());
+            let mut target = kept.clone();
+            target[number] += step;
+            let gone = self.step(&target, 0.0).is_ok();
+            let mut moved = self.system.unknown_part(&self.state.displacement);
+            axpy(
+                -1.0,
+                &self.system.unknown_part(&state.displacement),
+                &mut moved,
+            );
+            // An arc meets the path ahead and behind.
+            if !gone || dot(&moved, &ahead) <= 0.0 {
+                self.restart(state, kept);
+                step /= 3.0;
+                continue;
+            }
+            if (self.state.parameters[number] - state.parameters[number]) * way < 0.0 {
+                return true;
+            }
+            ahead = moved;
+            step *= 1.5;
+        }
+        false
+    }
+
     /// How many times as fast as on the way so far the body would go on with its given
-    /// parameters, and where it would go fastest; none at rest, or where nothing is given.
-    fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3])> {
-        let rules = self.problem.rules();
-        let moving: Vec<(usize, f64)> = (0..rules.len())
-            .map(|k| (k, targets[k] - self.targets[k]))
-            .filter(|&(k, step)| rules[k] == Rule::Given && step != 0.0)
-            .collect();
+    /// parameters, where it would go fastest, and that motion of its unknowns; none at rest, or where
+    /// nothing is given.
+    fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3], Vec<f64>)> {
+        let moving = self.moving(targets);
         let size = |of: &dyn Fn(&(usize, f64)) -> f64| -> f64 {
             moving.iter().map(|k| of(k).powi(2)).sum::<f64>().sqrt()
         };
@@ -128,14 +209,13 @@ impl Solver {
         self.renew(&assembled).ok()?;
         let ahead = self.solve(&assembled, &load).ok()?;
         let so_far = self.system.unknown_part(&self.state.displacement);
-        let times = dot(&ahead, &ahead).sqrt() / next / (dot(&so_far, &so_far).sqrt() / gone);
+        let times = length(&ahead) / next / (length(&so_far) / gone);
         let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
         let parameters = vec![0.0; self.problem.rules().len()];
         self.system.displace(&mut moved, &ahead, &parameters);
-        let length = |u: &[f64; 3]| -> f64 { u.iter().map(|x| x * x).sum() };
         let fastest =
             (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])));
-        Some((times, self.problem.mesh.points[fastest?]))
+        Some((times, self.problem.mesh.points[fastest?], ahead))
     }
 
     /// The motion with the least stiffness at the accepted state, by inverse iteration.
@@ -149,15 +229,14 @@ impl Solver {
             .collect();
         for _ in 0..INVERSE_ITERATIONS {
             shape = self.solve(&assembled, &shape).ok()?;
-            let length = dot(&shape, &shape).sqrt();
+            let size = length(&shape);
             for x in &mut shape {
-                *x /= length;
+                *x /= size;
             }
         }
         let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
         let parameters = vec![0.0; self.problem.rules().len()];
         self.system.displace(&mut moved, &shape, &parameters);
-        let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let most =
             (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])))?;
         let size = length(&moved[most]);

@@ -88,7 +88,26 @@ impl Body {
             InputError::whole(name, message).help(reason.advice())
         })?;
         body.rows.push(row);
+        let overlaps = body.overlaps_at_rest();
+        body.notes.extend(overlaps);
         Ok(body)
+    }
+
+    /// Obstacles and contacts that overlap before anything moves, beyond what is accepted.
+    fn overlaps_at_rest(&self) -> Vec<String> {
+        let contacts = &self.solver.problem().contacts;
+        let named = touched(&self.file).zip(contacts).enumerate();
+        let overlaps = named.filter_map(|(number, (name, contact))| {
+            let overlap = self.solver.contact(number).overlap;
+            (overlap > contact.overlap_limit()).then(|| {
+                format!(
+                    "{name:?} overlaps by {:.4} mm before anything moves; the first step takes \
+                     that away, and the forces of step 0 are not in equilibrium",
+                    1e3 * overlap
+                )
+            })
+        });
+        overlaps.collect()
     }
 
     /// Number of steps.
@@ -101,7 +120,7 @@ impl Body {
         self.done
     }
 
-    /// What is unusual about the mesh, in sentences.
+    /// What is unusual about the mesh and the bodies at rest, in sentences.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -558,10 +577,17 @@ impl Body {
                 "free a surface, vent a cavity, or give the solid a bulk modulus: \
                  compressibility = { quadratic = { bulk_modulus = \"…\" } }",
             ),
-            Reason::Limit { .. } | Reason::Unstable { .. } => String::from(
-                "the load has a limit there: prescribe a displacement, a force of a moved part or a \
-                 volume of a cavity in its place (parameter.prescribes)",
-            ),
+            Reason::Limit { .. } | Reason::Unstable { .. } => {
+                let cause = if matches!(reason, Reason::Limit { .. }) {
+                    "the load has a limit there"
+                } else {
+                    "the load has a limit there, or the body buckles"
+                };
+                format!(
+                    "{cause}: prescribe a displacement, a force of a moved part or a volume of a \
+                     cavity in its place (parameter.prescribes)"
+                )
+            }
             reason => reason.advice().to_owned(),
         }
     }

@@ -22,6 +22,7 @@ mod measured;
 mod microchannel_block;
 mod microchannel_cell;
 mod module_graph;
+mod own_bodies;
 mod p1_field;
 mod p1_properties;
 mod p1_reference;

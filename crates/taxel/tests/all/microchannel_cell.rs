@@ -83,6 +83,30 @@ fn net_pressures_are_those_of_the_converged_cell() {
     }
 }
 
+/// `cargo test --locked -p taxel --test all close_by_a_ten_thousandth -- --nocapture`
+#[test]
+fn fifteen_cells_close_by_a_ten_thousandth() {
+    let mut most = 0.0_f64;
+    for height in [20.0, 40.0, 60.0, 100.0, 160.0] {
+        for cover in [100.0, 140.0, 200.0] {
+            let cell = cell(height, cover, 1.0 / 30.0);
+            let mut study =
+                VoidStudy::new(&cell, RUBBER, &Filling::Vented, WallContact::default()).unwrap();
+            let light = study.close(0.9999).unwrap();
+            let twice = study.close(0.9998).unwrap();
+            assert!(
+                (light.area_ratio - 0.9999).abs() < 1e-10,
+                "{height}/{cover}"
+            );
+            // So little is linear.
+            let off = twice.pressure / light.pressure / 2.0 - 1.0;
+            most = most.max(off.abs());
+            assert!(off.abs() < 1e-3, "{height}/{cover}: {off:.1e}");
+        }
+    }
+    println!("pressure of twice the change over twice the pressure: off by up to {most:.1e}");
+}
+
 #[test]
 #[ignore = "all designs of the table: minutes"]
 fn all_net_pressures() {

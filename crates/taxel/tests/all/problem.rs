@@ -870,3 +870,18 @@ fn a_soft_fingertip_takes_a_soft_pad_along() {
     let share = -along[2] / press[2];
     assert!(share > 0.05 && share < 0.5, "{share}");
 }
+
+#[test]
+fn a_dome_under_a_rough_plate_goes_down_to_its_end_with_default_settings() {
+    let (text, mesh) = shipped("dome");
+    let rough = text
+        .replacen("friction = 0\n", "friction = 0.5\n", 1)
+        .replacen("\"1.5 mm\"]", "\"1.5 mm\", \"1.8 mm\"]", 1);
+    let forces = |text: &str| column(&solved(text, mesh), "plate_force_y");
+    let (smooth, rough) = (forces(text), forces(&rough));
+    assert_eq!(rough.len(), 8);
+    // Friction holds the top together: stiffer, by a few per cent.
+    let more = rough[6] / smooth[6];
+    assert!(more > 1.01 && more < 1.05, "{more}");
+    assert!(rough[7] < -4.5 && rough[7] > -4.7, "{}", rough[7]);
+}
