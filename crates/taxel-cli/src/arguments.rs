@@ -136,21 +136,17 @@ pub(crate) struct Check {
 }
 
 #[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("given").required(true).args(["load", "loads"])))]
 pub(crate) struct Predict {
     /// Sensor file, or the name of a shipped one
     pub(crate) sensor: PathBuf,
     /// One load, such as "fx=1 mN, fz=5 mN"; a wrong name is answered with
     /// those that the device has
-    #[arg(
-        long,
-        value_name = "SPEC",
-        conflicts_with = "loads",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub(crate) load: Option<String>,
     /// Table of loads (CSV): columns of the same names with their units, such
     /// as force_z [mN]; other columns are passed on
-    #[arg(long, value_name = "FILE", required_unless_present = "load")]
+    #[arg(long, value_name = "FILE")]
     pub(crate) loads: Option<PathBuf>,
     /// Calibration of this sensor: its values take the place of the file's
     /// constants, and answers carry the deviation that it leaves

@@ -25,12 +25,7 @@ pub struct Entry {
     pub note: String,
 }
 
-impl Entry {
-    /// True if ours is the printed number itself, taken from a sensor file.
-    pub fn input(&self) -> bool {
-        self.row.kind == Kind::Input && self.verdict == Verdict::Reproduced
-    }
-}
+impl Entry {}
 
 /// A figure of the paper, drawn from our model.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,19 +69,6 @@ impl Ledger {
         self.entries.iter().find(|entry| entry.row.id == id)
     }
 
-    /// Number of reproduced entries that are inputs from the paper.
-    pub fn inputs(&self) -> usize {
-        self.entries.iter().filter(|entry| entry.input()).count()
-    }
-
-    /// Number of reproduced entries of a kind.
-    pub fn reproduced(&self, kind: Kind) -> usize {
-        let entries = self.entries.iter();
-        let of_kind =
-            |entry: &&Entry| entry.row.kind == kind && entry.verdict == Verdict::Reproduced;
-        entries.filter(of_kind).count()
-    }
-
     /// Number of entries with each verdict, in the order of [`Verdict::ALL`].
     pub fn counts(&self) -> [usize; Verdict::ALL.len()] {
         Verdict::ALL.map(|verdict| {
@@ -110,6 +92,8 @@ pub(crate) struct Answer {
     number: Option<f64>,
     holds: Option<bool>,
     interval: Option<[f64; 2]>,
+    /// Least and greatest value by the digits of the printed numbers that ours follows from.
+    digits: Option<[f64; 2]>,
     words: Vec<(&'static str, f64)>,
 }
 
@@ -143,6 +127,37 @@ impl Ours {
         let answer = self.words(id);
         answer.number = Some(ours);
         answer
+    }
+
+    /// Ours of a printed number that follows from the printed numbers of other rows, in their
+    /// units: known to their digits alone.
+    pub(crate) fn from_printed<const N: usize>(
+        &mut self,
+        id: &str,
+        rows: [&str; N],
+        of: impl Fn([f64; N]) -> f64,
+    ) -> &mut Answer {
+        let given = rows.map(|row| {
+            self.table
+                .row(row)
+                .and_then(|row| Printed::parse(&row.printed))
+        });
+        let at = |corner: usize| {
+            of(std::array::from_fn(|place| {
+                given[place].map_or(f64::NAN, |printed| match corner >> (2 * place) & 3 {
+                    0 => printed.value,
+                    1 => printed.value - printed.half,
+                    _ => printed.value + printed.half,
+                })
+            }))
+        };
+        let corners = (0..1 << (2 * N)).map(at);
+        let ends = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(at), high.max(at)]
+        });
+        let answer = self.number(id, at(0));
+        answer.digits = Some(ends);
+        answer.with("from", ends[0]).with("to", ends[1])
     }
 
     /// Result of the check of an equation or a statement in words.
@@ -184,10 +199,15 @@ impl Ours {
 
 fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
     let printed = Printed::parse(&row.printed);
-    let holds = answer
-        .number
-        .map(|ours| printed.is_some_and(|printed| printed.agrees(ours)))
-        .or(answer.holds);
+    let agrees = |ours: f64| {
+        printed.is_some_and(|printed| {
+            let overlaps = |[least, greatest]: [f64; 2]| {
+                least <= printed.value + printed.half && printed.value - printed.half <= greatest
+            };
+            printed.agrees(ours) || answer.digits.is_some_and(overlaps)
+        })
+    };
+    let holds = answer.number.map(agrees).or(answer.holds);
     let inside = printed
         .zip(answer.interval)
         .is_some_and(|(printed, [least, greatest])| {
@@ -204,7 +224,7 @@ fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
             let near = |off: f64| off.abs() <= 0.01 * row.within_percent;
             inside && difference.is_some_and(near)
         }
-        Verdict::FollowsFor => inside || answer.holds == Some(true),
+        Verdict::Follows => inside || answer.holds == Some(true),
         _ => holds == Some(true),
     };
     Entry {
@@ -217,20 +237,17 @@ fn entry(row: &'static Row, answer: &Answer, runs: &[Run]) -> Entry {
     }
 }
 
-/// A statement that holds is reproduced, or follows from other printed numbers. For one that does
-/// not, the row must name a reason; a reason counts only there.
+/// A statement that holds is called by the kind of ours. For one that does not, the row must name a
+/// reason; a reason counts only there.
 fn verdict(row: &Row, holds: bool) -> Verdict {
-    match (holds, row.verdict) {
-        (true, Verdict::Predicted | Verdict::FollowsFor) => row.verdict,
-        (true, _) if row.kind == Kind::Arithmetic => Verdict::Follows,
-        // A mechanism that holds for usual values of what is not printed; the row says so.
-        (true, Verdict::Follows) => Verdict::Follows,
-        (true, _) => Verdict::Reproduced,
-        (
-            false,
-            Verdict::Predicted | Verdict::FollowsFor | Verdict::Reproduced | Verdict::Follows,
-        ) => Verdict::Unexplained,
-        (false, reason) => reason,
+    match (row.verdict, row.kind) {
+        (Verdict::Predicted | Verdict::Follows, _) if holds => row.verdict,
+        (_, Kind::Arithmetic) if holds => Verdict::Arithmetic,
+        (_, Kind::Input | Kind::Identity) if holds => Verdict::Input,
+        (_, Kind::Fitted) if holds => Verdict::Fitted,
+        _ if holds => Verdict::Reproduced,
+        (reason @ (Verdict::Contradicts | Verdict::NotDetermined), _) => reason,
+        _ => Verdict::Unexplained,
     }
 }
 
@@ -334,11 +351,16 @@ mod tests {
             ("computed", "contradicts", true, Verdict::Reproduced),
             ("computed", "contradicts", false, Verdict::Contradicts),
             ("computed", "reproduced", false, Verdict::Unexplained),
-            ("arithmetic", "follows", true, Verdict::Follows),
+            ("arithmetic", "arithmetic", true, Verdict::Arithmetic),
+            ("arithmetic", "contradicts", true, Verdict::Arithmetic),
+            ("input", "reproduced", true, Verdict::Input),
+            ("identity", "input", true, Verdict::Input),
+            ("fitted", "reproduced", true, Verdict::Fitted),
+            ("input", "input", false, Verdict::Unexplained),
             ("none", "not_determined", false, Verdict::NotDetermined),
             ("computed", "predicted", true, Verdict::Predicted),
             ("computed", "predicted", false, Verdict::Unexplained),
-            ("computed", "follows_for", false, Verdict::Unexplained),
+            ("computed", "follows", false, Verdict::Unexplained),
         ] {
             assert_eq!(
                 verdict(&row(kind, stated), holds),

@@ -9,18 +9,20 @@
 //! use taxel_papers::{Paper, Verdict};
 //!
 //! let ledger = Paper::P4.ledger();
-//! let entry = ledger.entry("rest_resistance").expect("a row of papers/p4.toml");
-//! assert_eq!(entry.row.printed, "3.67 ohm");
-//! // Equation 3 with the printed supply and reference resistor says 3.378 ohm.
-//! assert!((entry.ours.expect("a number") - 3.378).abs() < 5e-4);
+//! let entry = ledger.entry("device_thickness").expect("a row of papers/p4.toml");
+//! assert_eq!(entry.row.printed, "350 um");
+//! // The printed layers add up to 420 um.
+//! assert!((entry.ours.expect("a number") - 420.0).abs() < 1e-9);
 //! assert_eq!(entry.verdict, Verdict::Contradicts);
 //! ```
 //!
-//! The verdict is derived: ours agrees when it rounds to the printed digits. Where it does not,
-//! the row names the reason. Values of runs that take minutes stand in the table as well, with
+//! The verdict is derived: ours agrees when it rounds, or is cut off, to the printed digits; what
+//! follows from printed numbers is known to their digits alone. Where it does not agree, the row
+//! names the reason. Values of runs that take minutes stand in the table as well, with
 //! the command that gave them and a test that repeats part of them ([`Run`]).
 
 mod ledger;
+mod notation;
 mod p1;
 mod p2;
 mod p3;

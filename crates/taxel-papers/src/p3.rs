@@ -437,13 +437,30 @@ fn conditioning(ours: &mut Ours, prototype: &Prototype<'_>) {
     let formula = |s: Complex64| -gain / (1.0 + s * tau);
     ours.holds("eq_27", same_at(&filter.transfer(), formula));
     ours.number("open_loop_gain", 10.0_f64.powf(80.0 / 20.0));
-    ours.number("static_gain", -filter.gain());
-    ours.number("cut_off", 1.0 / (TAU * tau));
+    ours.from_printed(
+        "static_gain",
+        ["feedback_resistance", "input_resistance"],
+        |[feedback, input]| feedback / input,
+    );
+    // kohm and nF.
+    ours.from_printed(
+        "cut_off",
+        ["feedback_resistance", "feedback_capacitance"],
+        |[resistance, capacitance]| 1e6 / (TAU * resistance * capacitance),
+    );
 }
 
 fn experiments(ours: &mut Ours, [thin, thick]: &[Prototype<'_>; 2]) {
-    ours.number("preloaded_thin", thin.thickness * 1e3);
-    ours.number("preloaded_thick", thick.thickness * 1e3);
+    for (id, sample, preload) in [
+        ("preloaded_thin", thin, "preload_thin"),
+        ("preloaded_thick", thick, "preload_thick"),
+    ] {
+        let rows = [preload, "silicone_modulus", "contact_area"];
+        let thickness = sample.array.description.cover.thickness * 1e3;
+        ours.from_printed(id, rows, |[force, modulus, area]| {
+            thickness * (1.0 - force / (modulus * area))
+        });
+    }
     ours.number("largest_displacement", 10.0 * thin.smallest * 1e6);
     ours.number("slowest_cycles", 1.0 / 0.5);
     ours.number("fastest_cycles", 1.0 / 0.2);

@@ -302,9 +302,12 @@ fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
     let drawn = array.layers[1].conductor.rest_resistance();
     ours.number("rest_voltage", divider.voltage(drawn));
     let nominal = ours.printed("rest_resistance", 0);
-    ours.number("rest_resistance", rest)
-        .with("voltage", divider.voltage(nominal))
-        .with("per_length", drawn / array.layers[1].conductor.length);
+    let rows = ["rest_voltage", "supply", "reference_resistor"];
+    ours.from_printed("rest_resistance", rows, |[read, supply, reference]| {
+        reference * read / (supply - read)
+    })
+    .with("voltage", divider.voltage(nominal))
+    .with("per_length", drawn / array.layers[1].conductor.length);
     ours.number("voltage_increase", 100.0 * (high / low - 1.0))
         .with("rest", rest)
         .with("pressed", pressed)
@@ -352,7 +355,7 @@ fn pad_and_neighbour(ours: &mut Ours, divider: &VoltageDivider, rest: f64, low: 
 
 fn saturation(ours: &mut Ours, divider: &VoltageDivider, rest: f64) {
     let saturated = resistance(divider, ours.printed("collapsed_voltage", 0));
-    ours.number("collapsed_voltage", divider.voltage(f64::INFINITY))
+    ours.from_printed("collapsed_voltage", ["supply"], |[supply]| supply)
         .with("saturated", saturated)
         .with("times", saturated / rest);
     let radius = 0.5 * ours.printed("pads", -6);

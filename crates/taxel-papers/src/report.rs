@@ -7,7 +7,9 @@ use serde_json::{Map, Value, json};
 use taxel::svg::escape;
 
 use crate::ledger::{Entry, Ledger, PaperFigure};
-use crate::table::{Kind, Verdict};
+use crate::notation;
+use crate::paper::Paper;
+use crate::table::Verdict;
 
 /// Counts of verdicts over all `ledgers`, in the order of [`Verdict::ALL`].
 fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
@@ -20,30 +22,14 @@ fn counts(ledgers: &[Ledger]) -> [usize; Verdict::ALL.len()] {
     sums
 }
 
-/// The counts of `ledgers` as one line for people: `3 predicted from the drawing, 120
-/// reproduced within the printed digits, 31 follow ...`.
+/// The counts of `ledgers` as one line for people: `3 measured numbers predicted from the drawing,
+/// 10 follow for a named input ...`.
 pub(crate) fn line(ledgers: &[Ledger]) -> String {
-    let of_kind = |kind| -> usize { ledgers.iter().map(|of| of.reproduced(kind)).sum() };
-    let (inputs, fitted) = (of_kind(Kind::Input), of_kind(Kind::Fitted));
-    let restated = of_kind(Kind::Identity);
     let parts: Vec<String> = Verdict::ALL
         .iter()
         .zip(counts(ledgers))
-        .filter(|(verdict, count)| *count > 0 || **verdict != Verdict::Unexplained)
-        .map(|(verdict, count)| match verdict {
-            Verdict::Reproduced => {
-                format!(
-                    "{count} {} ({inputs} of them inputs, {fitted} fitted, {restated} restated)",
-                    verdict.name()
-                )
-            }
-            // The measured numbers that each paper's drawing determines.
-            Verdict::Predicted => {
-                let numbers = if count == 1 { "number" } else { "numbers" };
-                format!("{count} measured {numbers} {}", verdict.name())
-            }
-            _ => format!("{count} {}", verdict.name()),
-        })
+        .filter(|(verdict, count)| *count > 0 || **verdict == Verdict::Predicted)
+        .map(|(verdict, count)| verdict.counted(count))
         .collect();
     parts.join(", ")
 }
@@ -91,10 +77,11 @@ fn section(ledger: &Ledger, page: &mut String) {
     let name = ledger.paper.name();
     let _ = writeln!(
         page,
-        "<section id=\"{name}\">\n<h2>{name}: {}</h2>\n<p class=\"counts\">{}</p>\n<table>\n\
+        "<section id=\"{name}\">\n<h2>{name}: {}</h2>\n{}<p class=\"counts\">{}</p>\n<table>\n\
          <thead><tr><th>Place</th><th>What</th><th>Printed</th><th>Ours</th><th>Difference</th>\
          <th>Verdict</th></tr></thead>\n<tbody>",
         escape(ledger.paper.title()),
+        source(ledger.paper),
         line(std::slice::from_ref(ledger))
     );
     for entry in &ledger.entries {
@@ -108,10 +95,25 @@ fn section(ledger: &Ledger, page: &mut String) {
             scoped(&figure.figure.svg(), &figure_id(name, &figure.place)),
             pictures(&figure.pictures),
             escape(&figure.place),
-            escape(&figure.figure.caption)
+            notation::html(&figure.figure.caption)
         );
     }
     page.push_str("</section>\n");
+}
+
+/// Where the paper stands, and its identifier as a link; nothing where neither is known.
+fn source(paper: Paper) -> String {
+    let table = paper.table();
+    if table.source.is_empty() {
+        return String::new();
+    }
+    let doi = escape(&table.doi);
+    let link = if doi.is_empty() {
+        String::new()
+    } else {
+        format!(". DOI <a href=\"https://doi.org/{doi}\">{doi}</a>")
+    };
+    format!("<p>{}{link}</p>\n", escape(&table.source))
 }
 
 /// Pictures of fields, each below its title.
@@ -138,21 +140,17 @@ fn row(entry: &Entry, page: &mut String) {
     let note = if entry.note.is_empty() {
         String::new()
     } else {
-        format!("<br><small>{}</small>", escape(&entry.note))
+        format!("<br><small>{}</small>", notation::html(&entry.note))
     };
-    let verdict = if entry.input() {
-        "reproduced: an input of the sensor file"
-    } else {
-        entry.verdict.name()
-    };
+    let verdict = entry.verdict.name();
     let _ = writeln!(
         page,
         "<tr class=\"{}\"><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{ours}</td><td class=\"n\">{difference}</td>\
          <td>{}{note}</td></tr>",
         entry.verdict.key(),
         escape(&entry.row.place),
-        escape(&entry.row.what),
-        escape(&entry.row.printed),
+        notation::html(&entry.row.what),
+        notation::html(&entry.row.printed),
         verdict
     );
 }
@@ -212,8 +210,9 @@ pub fn json(ledgers: &[Ledger], about: &[(&str, &str)]) -> Value {
         let figures: Vec<Value> = ledger.figures.iter().map(figure).collect();
         let paper = json!({
             "title": ledger.paper.title(),
+            "source": ledger.paper.table().source,
+            "doi": ledger.paper.table().doi,
             "verdicts": keyed(ledger.counts()),
-            "inputs": ledger.inputs(),
             "entries": entries,
             "figures": figures,
         });
@@ -231,7 +230,6 @@ fn entry(entry: &Entry) -> Value {
         "interval": entry.interval,
         "relative_difference": entry.difference,
         "verdict": entry.verdict.key(),
-        "input": entry.input(),
         "note": entry.note,
     })
 }
@@ -263,9 +261,9 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:1100px;marg
     th,td{border-bottom:1px solid #ddd;padding:.3rem .5rem;text-align:left;vertical-align:top}\
     th{border-bottom:2px solid #333}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
     small{color:#444}td:last-child{border-left:5px solid transparent;min-width:15rem}\
-    tr.reproduced td:last-child{border-left-color:#009e73}tr.follows td:last-child{border-left-color:#56b4e9}\
-    tr.predicted td:last-child{border-left-color:#0072b2}tr.follows_for td:last-child{border-left-color:#e69f00}\
+    tr.reproduced td:last-child{border-left-color:#009e73}tr.arithmetic td:last-child{border-left-color:#56b4e9}\
+    tr.predicted td:last-child{border-left-color:#0072b2}tr.follows td:last-child{border-left-color:#e69f00}\
     tr.contradicts td:last-child{border-left-color:#d55e00}tr.not_determined td:last-child{border-left-color:#999}\
-    tr.awaits_field_solver td:last-child{border-left-color:#cc79a7}tr.unexplained td:last-child{border-left-color:#000}\
+    tr.input td:last-child,tr.fitted td:last-child{border-left-color:#cc79a7}tr.unexplained td:last-child{border-left-color:#000}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{max-width:720px;font-size:.9rem}\
     tr{break-inside:avoid}@media print{body{max-width:none;font-size:10pt}section{break-before:page}}";

@@ -10,6 +10,12 @@ use serde::Deserialize;
 pub struct Table {
     /// Title of the paper.
     pub title: String,
+    /// Who wrote it, and where it stands, as far as known.
+    #[serde(default)]
+    pub source: String,
+    /// Its digital object identifier; empty if none is known.
+    #[serde(default)]
+    pub doi: String,
     /// Statements in the order of the report.
     #[serde(rename = "row")]
     pub rows: Vec<Row>,
@@ -98,31 +104,34 @@ pub enum Verdict {
     Predicted,
     /// It has the right mechanism and size for a value of a named input that is not printed,
     /// inside its usual range.
-    FollowsFor,
-    /// Ours rounds to what is printed.
-    Reproduced,
-    /// It follows from other printed numbers without any model.
     Follows,
-    /// It contradicts another printed number.
+    /// A model of ours agrees with what is printed, within its digits.
+    Reproduced,
+    /// The printed number itself, typed into a sensor file, or one number restated.
+    Input,
+    /// A constant of the model was chosen on this number.
+    Fitted,
+    /// It follows from other printed numbers without any model, within their digits.
+    Arithmetic,
+    /// It contradicts another printed number, or a law, by more than their digits.
     Contradicts,
     /// The printed data do not determine it.
     NotDetermined,
-    /// It needs a field solution.
-    AwaitsFieldSolver,
     /// Ours differs and no reason is known: a mistake, theirs or ours.
     Unexplained,
 }
 
 impl Verdict {
     /// All verdicts, as the report counts them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Predicted,
-        Self::FollowsFor,
-        Self::Reproduced,
         Self::Follows,
+        Self::Reproduced,
+        Self::Input,
+        Self::Fitted,
+        Self::Arithmetic,
         Self::Contradicts,
         Self::NotDetermined,
-        Self::AwaitsFieldSolver,
         Self::Unexplained,
     ];
 
@@ -130,26 +139,43 @@ impl Verdict {
     pub fn name(self) -> &'static str {
         match self {
             Self::Predicted => "predicted from the drawing",
-            Self::FollowsFor => "follows for a named input that is not printed",
+            Self::Follows => "follows for a named input that is not printed",
             Self::Reproduced => "reproduced within the printed digits",
-            Self::Follows => "follows from other printed numbers",
-            Self::Contradicts => "contradicts another printed number",
+            Self::Input => "an input",
+            Self::Fitted => "fitted",
+            Self::Arithmetic => "arithmetic on other printed numbers",
+            Self::Contradicts => "contradicts another printed number or a law",
             Self::NotDetermined => "not determined by what is printed",
-            Self::AwaitsFieldSolver => "awaits the field solver",
             Self::Unexplained => "not reproduced (unexplained)",
         }
+    }
+
+    /// A number of statements with this verdict, in words.
+    pub fn counted(self, count: usize) -> String {
+        let one = count == 1;
+        let words = match self {
+            Self::Predicted if one => "measured number predicted from the drawing",
+            Self::Predicted => "measured numbers predicted from the drawing",
+            Self::Follows if !one => "follow for a named input that is not printed",
+            Self::Input if one => "input",
+            Self::Input => "inputs",
+            Self::Contradicts if !one => "contradict another printed number or a law",
+            _ => self.name(),
+        };
+        format!("{count} {words}")
     }
 
     /// As a key, the same in the tables and in the report.
     pub fn key(self) -> &'static str {
         match self {
             Self::Predicted => "predicted",
-            Self::FollowsFor => "follows_for",
-            Self::Reproduced => "reproduced",
             Self::Follows => "follows",
+            Self::Reproduced => "reproduced",
+            Self::Input => "input",
+            Self::Fitted => "fitted",
+            Self::Arithmetic => "arithmetic",
             Self::Contradicts => "contradicts",
             Self::NotDetermined => "not_determined",
-            Self::AwaitsFieldSolver => "awaits_field_solver",
             Self::Unexplained => "unexplained",
         }
     }
@@ -215,7 +241,7 @@ impl Table {
 pub(crate) struct Printed<'a> {
     pub(crate) value: f64,
     /// Half a unit of the last printed digit.
-    half: f64,
+    pub(crate) half: f64,
     mantissa: &'a str,
     exponent: i32,
 }
@@ -249,9 +275,12 @@ impl<'a> Printed<'a> {
         })
     }
 
-    /// True if `ours` rounds to the printed digits; a value just between two counts for both.
+    /// True if `ours` rounds to the printed digits, or is cut off to them; a value just between two
+    /// counts for both.
     pub(crate) fn agrees(&self, ours: f64) -> bool {
-        (ours - self.value).abs() <= self.half * (1.0 + 1e-9)
+        let cut_off = ours.abs() - self.value.abs();
+        let rounded = (ours - self.value).abs() <= self.half * (1.0 + 1e-9);
+        rounded || (ours * self.value > 0.0 && (0.0..2.0 * self.half).contains(&cut_off))
     }
 
     /// The number times 10 to `power`, rounded once: `4.63 um` is the same number as 4.63e-6.
@@ -271,8 +300,11 @@ mod tests {
         let printed = |text| Printed::parse(text).unwrap();
         let close = printed("172 fF");
         assert_eq!((close.value, close.half), (172.0, 0.5));
-        assert!(printed("0.505 V").agrees(0.50549) && !printed("0.505 V").agrees(0.5056));
-        assert!(printed("-38.2 %").agrees(-38.24));
+        assert!(printed("0.505 V").agrees(0.50459) && !printed("0.505 V").agrees(0.5044));
+        // Rounded or cut off.
+        assert!(printed("0.505 V").agrees(0.50599) && !printed("0.505 V").agrees(0.5061));
+        assert!(printed("-38.2 %").agrees(-38.29) && !printed("-38.2 %").agrees(-38.31));
+        assert!(!printed("-38.2 %").agrees(38.2));
         assert!(printed("~45 %").agrees(44.95));
         assert_eq!(printed("8.67e3 Hz").half, 5.0);
         assert_eq!(printed("1.2e-3").value, 1.2e-3);

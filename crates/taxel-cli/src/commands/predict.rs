@@ -82,7 +82,8 @@ fn grids(
     let bodies = predictor.bodies();
     if bodies.is_empty() {
         let message = "--vtu: nothing was solved by finite elements: add --mechanics fem and a load, and name a sensor \
-                       whose mechanics is solved that way (an in_plane_capacitor or a microchannel)";
+                       whose mechanics is solved that way (an in_plane_capacitor, a microchannel, or a three_axis_capacitor whose \
+                       stiffness follows from its drawing)";
         return Err(Stop::WrongInput(message.into()));
     }
     let several = bodies.len() > 1;

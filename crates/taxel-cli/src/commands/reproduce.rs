@@ -7,6 +7,7 @@ use taxel::table;
 use taxel_papers::{self as reproduce, Ledger, Paper};
 
 use crate::arguments::{COMMIT, PaperName, ReportFormat, Reproduce, VERSION};
+use crate::commands::calibrate::today;
 use crate::outputs::{self, Existing};
 use crate::{Done, Stop, files};
 
@@ -30,7 +31,8 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     if let Some(folder) = &arguments.ledger {
         write_pages(folder, &ledgers)?;
     }
-    let about = [("version", VERSION), ("commit", COMMIT)];
+    let date = today();
+    let about = [("version", VERSION), ("commit", COMMIT), ("date", &date)];
     let report = match format {
         Some(ReportFormat::Html) => reproduce::html(&ledgers, &about),
         Some(ReportFormat::Json) => table::json(&reproduce::json(&ledgers, &about)),

@@ -110,21 +110,28 @@ fn a_unit_of_the_drawing_is_solved() {
         .replace(outline, &table);
     let path = folder.join("drawn.toml");
     fs::write(&path, drawn).unwrap();
-    let closing = |mechanics: &str| {
+    let closing = |mechanics: &str, files: &[&str]| {
         let load = [
             "--load",
-            "fz=10 mN",
+            "fx=2 mN, fz=10 mN",
             "--mechanics",
             mechanics,
             "--format",
             "json",
         ];
-        let answer = answered(&[&["predict", text(&path)], &load[..]].concat());
+        let answer = answered(&[&["predict", text(&path)], &load[..], files].concat());
         let answer: Value = serde_json::from_str(&answer).unwrap();
         answer["rows"][0]["displacement_z_m"].as_f64().unwrap()
     };
-    let (table, solved) = (closing("closed-form"), closing("fem"));
-    // The error that both state.
+    let (bodies, plot) = (folder.join("bodies"), folder.join("plot.svg"));
+    let files = ["--vtu", text(&bodies), "--plot", text(&plot)];
+    let (table, solved) = (closing("closed-form", &[]), closing("fem", &files));
+    let picture = fs::read_to_string(&plot).unwrap();
+    for (file, load) in [("unit-normal-1", "fz = 10"), ("unit-side-2", "fx = 2")] {
+        assert!(bodies.join(file).with_extension("vtu").exists(), "{file}");
+        assert!(picture.contains(&format!("Deformed body ({load}.0000 mN)")));
+    }
+    // Half of the error that both state.
     assert!((solved / table - 1.0).abs() < 0.02, "{solved} {table}");
     assert!(solved.to_bits() != table.to_bits());
 }

@@ -231,7 +231,7 @@ impl<'a> Picture<'a> {
     pub fn svg(&self) -> Result<String, OutputError> {
         let view = self.view()?;
         let [width, height] = view.size;
-        let bar = if self.colours.is_some() { BAR } else { 0.0 };
+        let bar = self.colours.as_ref().map_or(0.0, bars::bar_width);
         let (width, height) = (width + 2.0 * MARGIN + bar, height + 2.0 * MARGIN + FOOT);
         let mut text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \

@@ -17,6 +17,7 @@ use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Facet, Grading, Grid3, Growth, Mesh, MeshError, Part};
 use crate::problem::ProblemError;
 use crate::solver::failure::{Failure, Reason};
+use crate::solver::newton::Solver;
 
 /// The block at rest; lengths in m, x alike y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +58,15 @@ pub enum BlockSides {
     Free,
     /// Mirror images under the same load.
     Symmetric,
+}
+
+/// A uniform force on the top of the block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TopForce {
+    /// Downward.
+    Normal,
+    /// Along x.
+    Side,
 }
 
 /// Numbers of cells.
@@ -168,7 +178,8 @@ pub fn large_strain(modulus: f64, poisson: f64) -> Material {
 }
 
 impl BumpBlock {
-    /// The mesh: regions `soft` and `stiff`, the cavity `gap`, the outer faces.
+    /// The mesh: regions `soft` and `stiff`, the cavity `gap`, the outer faces, and the `section`
+    /// along x through the inner edges of the plates, which pictures show.
     ///
     /// # Errors
     /// [`MeshError`] for lengths that make no block.
@@ -278,6 +289,8 @@ impl BumpBlock {
             let own = own.collect();
             mesh.surfaces.insert(strip_name(strip), own);
         }
+        let section = section(&mesh, self.plate[0]);
+        mesh.surfaces.insert("section".to_owned(), section);
         // The bumps narrow upward: their cells with them.
         let narrow = 1.0 - self.bump_half[1] / self.bump_half[0];
         for point in &mut mesh.points {
@@ -326,7 +339,39 @@ impl BumpBlock {
         let mesh = self
             .mesh(division)
             .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
-        Half::solve(self, mesh, solids, sides, Mirror::Same)?.sealed(scale, force)
+        let mut half = Half::at_rest(self, mesh, solids, sides, Mirror::Same)?;
+        half.seal(scale)?;
+        half.load(force)?;
+        half.now()
+    }
+
+    /// The block under a force on its top, N on the whole block, whose cavities keep a gas of the
+    /// pressure scale `gas`, Pa, or none: its deformed quarter, for pictures and files.
+    ///
+    /// # Errors
+    /// [`Failure`] when the lengths make no block, or the solution fails.
+    pub fn loaded(
+        &self,
+        solids: [Material; 2],
+        sides: BlockSides,
+        division: BlockDivision,
+        (along, force): (TopForce, f64),
+        gas: Option<f64>,
+    ) -> Result<Solver, Failure> {
+        let mesh = self
+            .mesh(division)
+            .map_err(|error| Failure::at_start(Reason::Mesh(error)))?;
+        let mirror = match along {
+            TopForce::Normal => Mirror::Same,
+            TopForce::Side => Mirror::Opposite,
+        };
+        let mut half = Half::at_rest(self, mesh, solids, sides, mirror)?;
+        // A side force takes from the air of one side what it adds to that of the other.
+        if let (Some(scale), TopForce::Normal) = (gas, along) {
+            half.seal(scale)?;
+        }
+        half.load(force)?;
+        Ok(half.solver)
     }
 
     /// Solves the block of a soft and a stiff solid under small loads.
@@ -406,6 +451,29 @@ impl BumpBlock {
         };
         answer().map_err(|error| Failure::at_start(Reason::Problem(error)))
     }
+}
+
+/// The sides of the cells beyond a plane y that lie in it.
+fn section(mesh: &Mesh, plane: f64) -> Vec<Facet> {
+    let beyond = |node: u32| mesh.points[node as usize][1] - plane;
+    // A billionth of the length is the rounding of the places.
+    let in_plane = |node: u32| beyond(node).abs() <= 1e-9 * plane;
+    let cells = (0..mesh.cell_count()).filter(|&cell| {
+        let nodes = mesh.cell(cell);
+        nodes
+            .iter()
+            .all(|&node| beyond(node) > 0.0 || in_plane(node))
+    });
+    let sides = cells.flat_map(|cell| {
+        let count = mesh.shape(cell).sides().len();
+        (0..count).map(move |side| Facet {
+            cell: cell as u32,
+            side: side as u8,
+        })
+    });
+    sides
+        .filter(|facet| mesh.facet_nodes(*facet).all(in_plane))
+        .collect()
 }
 
 /// Name of the surface of a strip of the flank.

@@ -142,10 +142,12 @@ pub struct UnitCompliance {
 pub const STRIPS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
 /// Pressure of the air around, Pa: 1013 hPa.
 pub const AIR_PRESSURE: f64 = 101.3e3;
-/// Relative error of the solved cases: of closings, and of the downward force of a bar that
-/// sticks.
-pub const SOLVED_ERROR: f64 = 0.02;
-/// The same of [`FlankCompliance::stick`].
+/// Relative error of the closings of the solved cases, and of a solution on the usual cells at
+/// least: finer meshes of another family close by more, at the base case by 2.1 % (c_zz) and 3.0 %
+/// (c_xx), with walls of 200 um by 3.7 and 4.2 % (tests of `graded` cells in `tests/blocks.rs` of
+/// `taxel-fem`).
+pub const SOLVED_ERROR: f64 = 0.05;
+/// The same of [`FlankCompliance::stick`], the downward force of a bar that sticks.
 pub const STICK_ERROR: f64 = 0.08;
 
 /// A drawing whose stiffness the table does not give, by its first length that is off.
@@ -256,8 +258,9 @@ const CLEARANCES: [f64; 2] = [1200.0 / 1300.0, 1400.0 / 1300.0];
 /// The same of the pitch, which was not varied: a narrower frame gives way.
 const PITCHES: [f64; 2] = [0.98, 1.2];
 /// Relative error of the answers near the base case: of a hundred random drawings of the test
-/// `drawings_near_the_base_are_within_their_stated_error` of `p2_unit_solved`.
-const NEAR_ERROR: f64 = 0.05;
+/// `drawings_near_the_base_are_within_their_stated_error` of `p2_unit_solved`, which differ by up to
+/// 4.6 % from their solutions on the usual cells, and of these.
+const NEAR_ERROR: f64 = 0.08;
 /// Relative deviation of the lengths that were not varied, and of a case from itself.
 const SAME: f64 = 0.01;
 const ROUNDING: f64 = 1e-9;
@@ -539,6 +542,15 @@ impl UnitCompliance {
             }
         };
         (self.c_zz - kept) / modulus
+    }
+
+    /// Largest relative error of [`Self::normal`]: of sealed cavities, which take most of the
+    /// closing back, twice that of the closings. Finer meshes find 3.3 % less stiffness at 2 MPa.
+    pub fn normal_error(&self, cavity: Cavity) -> f64 {
+        match cavity {
+            Cavity::Vented => self.error,
+            Cavity::Sealed => 2.0 * self.error,
+        }
     }
 
     /// d_x per side force and normal force per side force that the contact adds, m/N and

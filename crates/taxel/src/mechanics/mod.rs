@@ -71,7 +71,8 @@ pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
 pub(crate) use solved_cell::{void_cell, void_study};
 pub use solved_unit::{
-    BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedStiffness, SolvedUnit, UnitSolution,
+    BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedStiffness, SolvedUnit, TopForce,
+    UnitSolution,
 };
 pub(crate) use solved_voids::{Fineness, filling as fillings, solid as solids};
 pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};

@@ -27,7 +27,7 @@ pub struct SolvedCell {
     /// Net pressure and area ratio, from the first state after rest on.
     points: Vec<[f64; 2]>,
     /// Pressure inside beyond that outside and area ratio, from the first state after rest on, as
-    /// far as the solution goes and more pressure bulges it more.
+    /// far as the solution goes and more pressure bulges it more; empty where it hardly goes.
     bulged: Vec<[f64; 2]>,
     /// Area ratio at which roof and floor touch first.
     touch: Option<f64>,
@@ -169,12 +169,15 @@ impl SolvedCell {
             MonotoneCurve::new(points, Some(slope / shear_modulus))
         };
         let curve = through(&self.points, -self.compliance)?;
-        let bulging = through(&self.bulged, self.compliance)?;
         let source = CurveSource::Solved {
             error: self.error,
             ended: self.ended.clone(),
         };
-        Ok(ClosingCurve::of_source(curve, self.touch, source).bulging(bulging))
+        let closing = ClosingCurve::of_source(curve, self.touch, source);
+        if self.bulged.is_empty() {
+            return Ok(closing);
+        }
+        Ok(closing.bulging(through(&self.bulged, self.compliance)?))
     }
 
     /// True of numbers that make a curve.
@@ -183,7 +186,6 @@ impl SolvedCell {
         positive(self.compliance)
             && positive(self.error)
             && self.points.len() >= FEWEST
-            && self.bulged.len() >= FEWEST_BULGED
             && self.points.iter().all(|[_, ratio]| positive(*ratio))
             && self.touch.is_none_or(positive)
             && self.curve(1.0).is_ok()
@@ -239,14 +241,9 @@ impl SolvedCell {
             }
             progress((RATIOS.len() + number + 1) as f64 / count);
         }
+        // The slope at rest, which is known exactly, is better than a curve through one state.
         if bulging.states.len() < FEWEST_BULGED {
-            return Err(format!(
-                "the cell of {} bulges to {:.3} of its area and no further: {}\nhelp: change the solid above the \
-                 channel, or give the curve as points (closing.points)",
-                words(cell),
-                bulging.states.last().map_or(1.0, |state| state.area_ratio),
-                bulging.ended.unwrap_or_default(),
-            ));
+            bulging.states.clear();
         }
         let coarse = VoidCell {
             division: coarser(fine.division, cell.section.shape),

@@ -4,14 +4,17 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use taxel_fem::solver::failure::Failure;
+use taxel_fem::solver::newton::Solver;
 use taxel_fem::study::bump_block::{
     BlockAnswer, BlockSides, BumpBlock, PressedBlock, TopAnswer, large_strain, linear,
 };
 
-pub use taxel_fem::study::bump_block::{BlockDivision, Pressed};
+pub use taxel_fem::study::bump_block::{BlockDivision, Pressed, TopForce};
 
+use super::SolvedBody;
 use super::elastic_unit::{
-    AIR_PRESSURE, FlankCompliance, SOLVED_ERROR, UnitCompliance, UnitDrawing,
+    AIR_PRESSURE, Cavity, ElasticDescription, FlankCompliance, SOLVED_ERROR, UnitCompliance,
+    UnitDrawing,
 };
 use super::solved_voids::NotSolved;
 use crate::solutions::{Question, Solutions, Unsolved, answer, digits};
@@ -23,7 +26,7 @@ const COPPER: [f64; 2] = [117e9, 0.34];
 const SOFT: f64 = 1e6;
 
 /// Number of this way of solving: another one has other kept solutions.
-const METHOD: u32 = 1;
+const METHOD: u32 = 2;
 /// Force of a solution with nonlinear terms that is to be linear, N.
 const SMALL_FORCE: f64 = 1e-5;
 
@@ -79,6 +82,8 @@ pub struct PressedUnit {
     pub touch: Option<Pressed>,
     /// Why it ends before the largest force; none where it does not.
     pub ended: Option<String>,
+    /// A quarter of it under the last force.
+    pub body: SolvedBody,
 }
 
 impl PressedUnit {
@@ -171,6 +176,16 @@ impl SolvedStiffness {
     }
 }
 
+/// A quarter of a unit under a force, N.
+fn body(solver: &Solver, along: TopForce, force: f64) -> SolvedBody {
+    let (name, axis) = match along {
+        TopForce::Normal => ("unit-normal", "z"),
+        TopForce::Side => ("unit-side", "x"),
+    };
+    let words = format!("f{axis} = {:.4} mN", 1e3 * force);
+    SolvedBody::of(solver, name, words, "section")
+}
+
 /// All that the stiffness of a unit follows from.
 fn question(drawing: &UnitDrawing) -> Question {
     let lengths = [
@@ -240,17 +255,41 @@ impl UnitDrawing {
         let forces: Vec<f64> = (0..=steps)
             .map(|step| largest * f64::from(step) / f64::from(steps))
             .collect();
-        let path = block
+        let (path, solver) = block
             .press(&of, &forces, |state| progress(state.force / largest))
             .map_err(|failure| NotSolved::Solver(failure.to_string()))?;
         let mut states = path.states;
+        let reached = states.last().map_or(0.0, |state| state.force);
         states.extend(path.touch);
         states.sort_by(|a, b| a.force.total_cmp(&b.force));
         Ok(PressedUnit {
             states,
             touch: path.touch,
             ended: path.ended.map(|failure| failure.to_string()),
+            body: body(&solver, TopForce::Normal, reached),
         })
+    }
+
+    /// A quarter of the unit under a normal or a side force on its flat top, N, by linear elasticity.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when the lengths make no unit, or the solution fails.
+    pub fn body(
+        &self,
+        elastic: &ElasticDescription,
+        solution: &UnitSolution,
+        (along, force): (TopForce, f64),
+    ) -> Result<SolvedBody, NotSolved> {
+        let (block, sides) = self.block(solution, false);
+        let [copper, ratio] = COPPER;
+        let solids = [
+            linear(elastic.modulus, solution.poisson),
+            linear(copper, ratio),
+        ];
+        let gas = (elastic.cavity == Cavity::Sealed).then_some(AIR_PRESSURE);
+        let solver = block.loaded(solids, sides, solution.division, (along, force), gas);
+        let solver = solver.map_err(|failure| NotSolved::Solver(failure.to_string()))?;
+        Ok(body(&solver, along, force))
     }
 
     /// The unit at the normal force on its flat top at which electrodes touch first, vented: as

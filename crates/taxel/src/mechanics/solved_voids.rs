@@ -202,7 +202,7 @@ impl VoidStack {
             body: SolvedBody::of(
                 &study.solver,
                 "crossing-cell",
-                format!("{:.6} kPa on the whole top", 1e-3 * states_end(&states)),
+                format!("{:.4} kPa on the whole top", 1e-3 * states_end(&states)),
                 "front",
             ),
         })

@@ -377,15 +377,21 @@ impl Microchannel {
     /// The first broken rule, shown at its key.
     fn check(&self, pitch: [f64; 2]) -> Result<(), Broken> {
         self.check_shapes()?;
-        match self.layers(pitch) {
-            Ok(_) => Ok(()),
-            Err((layer, error)) => require(
-                false,
-                &format!("element.microchannel.{layer}"),
-                || error.to_string(),
-                "correct this layer, or the pressure law of the liquid",
-            ),
-        }
+        self.layers(pitch).map(|_| ()).map_err(|(layer, error)| {
+            let message = format!("{layer}: {error}");
+            match error {
+                MicrochannelError::Filling { .. } => Broken::new(
+                    "element.microchannel.liquid.initial_pressure",
+                    message,
+                    "give a lower pressure, or a stiffer drawing of this layer",
+                ),
+                _ => Broken::new(
+                    &format!("element.microchannel.{layer}"),
+                    message,
+                    "correct this layer, or the pressure law of the liquid",
+                ),
+            }
+        })
     }
 
     /// Points that were typed in belong to one shape of the section.

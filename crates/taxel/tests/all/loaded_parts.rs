@@ -12,17 +12,11 @@ use taxel::mechanics::{
 use taxel::sensor::Sensor;
 use taxel::solutions::Afresh;
 use taxel::summary::{Value, summary};
-use taxel_fem::material::{Law, Material};
-use taxel_fem::mesh::{CrossingVoids, Footprint, FootprintShape, VoidBlock, VoidShape};
+use taxel_fem::mesh::{CrossingVoids, Footprint, FootprintShape, VoidBlock};
 
 use crate::common::p4_law;
+use crate::microchannel_block::{RUBBER, p4_voids};
 use taxel_numerics::MonotoneCurve;
-
-/// C10 and C01 of P4.
-const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
-    c10: 75.5,
-    c01: 5.7,
-});
 
 /// A sheet with crossing channels that goes on at all sides as its mirror image, and the closing
 /// curve of its upper channels.
@@ -163,23 +157,6 @@ fn thickness(voids: &CrossingVoids) -> f64 {
     voids.base + voids.lower + voids.between + voids.upper + voids.cover
 }
 
-/// The sheet of P4.
-fn published(smallest: f64) -> CrossingVoids {
-    CrossingVoids {
-        width: 400.0,
-        pitch: 600.0,
-        base: 100.0,
-        lower: 20.0,
-        between: 140.0,
-        upper: 20.0,
-        cover: 140.0,
-        smallest,
-        growth: 2.0,
-        largest: f64::INFINITY,
-        shape: VoidShape::Rectangle,
-    }
-}
-
 fn laws() -> [(&'static str, Filling, PressureLaw); 2] {
     let gas = p4_law().expansion * p4_law().atmosphere * 1e-3;
     [
@@ -194,7 +171,7 @@ fn laws() -> [(&'static str, Filling, PressureLaw); 2] {
 #[ignore = "minutes: cargo test --release -p taxel --test all loaded_parts -- --ignored --nocapture"]
 fn table_of_two_loads_on_the_published_sheet() {
     for smallest in [150.0, 70.0] {
-        let sheet = Sheet::new(published(smallest), 8);
+        let sheet = Sheet::new(p4_voids(smallest), 8);
         for (name, filling, law) in laws() {
             let path = sheet.path(&filling, 3e3).unwrap();
             // The finer cells for the shortest parts alone.
@@ -237,7 +214,7 @@ fn random_voids(random: &mut ChaCha8Rng) -> CrossingVoids {
         between: width * within(0.25, 0.6),
         upper: width * within(0.04, 0.12),
         cover: width * within(0.25, 0.6),
-        ..published(150.0)
+        ..p4_voids(150.0)
     }
 }
 

@@ -10,14 +10,14 @@ use taxel_fem::mesh::{CrossingVoids, Footprint, FootprintShape, VoidBlock, VoidS
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::load::FacetTable;
 
-const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
+/// The rubber of P4.
+pub(crate) const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
     c10: 75.5,
     c01: 5.7,
 });
 
-const GAS: Filling = Filling::Gas(20.265);
-
-fn voids(smallest: f64) -> CrossingVoids {
+/// The crossing channels of P4, with a mesh that grows from `smallest`.
+pub(crate) fn p4_voids(smallest: f64) -> CrossingVoids {
     CrossingVoids {
         width: 400.0,
         pitch: 600.0,
@@ -33,10 +33,12 @@ fn voids(smallest: f64) -> CrossingVoids {
     }
 }
 
+const GAS: Filling = Filling::Gas(20.265);
+
 /// A block with so many voids and a footprint that is square.
 fn block(counts: [usize; 2], size: [f64; 2], centre: [f64; 2], side: f64) -> VoidBlock {
     VoidBlock {
-        voids: voids(150.0),
+        voids: p4_voids(150.0),
         counts,
         size,
         footprints: vec![Footprint {
@@ -81,7 +83,7 @@ fn assert_same(left: &[f64], right: &[f64], within: f64) {
 
 #[test]
 fn a_mirrored_block_loaded_all_over_is_the_periodic_cell() {
-    let cell = voids(150.0);
+    let cell = p4_voids(150.0);
     let mut periodic = CrossingStudy::new(&cell, RUBBER, &GAS, WallContact::default()).unwrap();
     let expected = periodic.press(10.0).unwrap();
     for (count, within) in [(1, 1e-6), (2, 2e-3)] {
@@ -215,7 +217,7 @@ fn the_sections_of_an_open_void_add_up_to_its_volume() {
 fn a_finer_mesh_closes_the_voids_alike() {
     let thinnest = |smallest: f64| {
         let mut block = block([1, 1], [1000.0; 2], [0.0; 2], 500.0);
-        block.voids = voids(smallest);
+        block.voids = p4_voids(smallest);
         let mut study = study(block, Sides::Free, BlockLoad::Pressure, &GAS);
         let found = study.drive(&[8.0]).unwrap();
         [found.voids[0][0].thinnest, found.voids[1][0].thinnest]
@@ -271,7 +273,7 @@ impl Pad {
     /// Cells of this smallest length, and the law of the liquid in the block.
     fn new(smallest: f64, filling: &Filling) -> Self {
         let mut block = block([2, 2], [1400.0; 2], [-300.0, 300.0], 500.0);
-        block.voids = voids(smallest);
+        block.voids = p4_voids(smallest);
         block.footprints[0].shape = FootprintShape::Ellipse;
         Self {
             study: study(block, Sides::Free, BlockLoad::Pressure, filling),

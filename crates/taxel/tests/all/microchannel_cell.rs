@@ -3,13 +3,9 @@
 
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
-use taxel_fem::material::{Law, Material};
-use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell, VoidShape};
+use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell};
 
-const RUBBER: Material = Material::incompressible(Law::MooneyRivlin {
-    c10: 75.5,
-    c01: 5.7,
-});
+use crate::microchannel_block::{RUBBER, p4_voids};
 
 /// Rows of a reference table whose first columns are height, cover and total thickness.
 fn rows(table: &str, height: f64, cover: f64) -> Vec<Vec<f64>> {
@@ -131,26 +127,12 @@ fn all_net_pressures() {
     }
 }
 
-/// The stack of two crossing rows of the reference (um, kPa).
-fn crossing(smallest: f64, growth: f64, largest: f64) -> CrossingVoids {
-    CrossingVoids {
-        width: 400.0,
-        pitch: 600.0,
-        base: 100.0,
-        lower: 20.0,
-        between: 140.0,
-        upper: 20.0,
-        cover: 140.0,
-        smallest,
-        growth,
-        largest,
-        shape: VoidShape::Rectangle,
-    }
-}
-
 #[test]
 fn crossing_voids_close_as_in_space() {
-    let cell = crossing(20.0, 2.0, 150.0);
+    let cell = CrossingVoids {
+        largest: 150.0,
+        ..p4_voids(20.0)
+    };
     let mut study =
         CrossingStudy::new(&cell, RUBBER, &Filling::Gas(20.265), WallContact::default()).unwrap();
     println!(

