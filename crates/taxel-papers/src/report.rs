@@ -65,7 +65,7 @@ pub fn html(ledgers: &[Ledger], about: &[(&str, &str)]) -> String {
     }
     page += "</p>\n<p>Every value of ours is computed when this report is made. Results of long runs come from \
              the tables of the papers; <code>docs/papers</code> names the command of each run. A printed number is \
-             reproduced when ours rounds to its digits; otherwise the note says why.</p>\n";
+             reproduced when ours rounds, or is cut off, to its digits; otherwise the note says why.</p>\n";
     for ledger in ledgers {
         section(ledger, &mut page);
     }
@@ -266,4 +266,4 @@ const STYLE: &str = "body{font-family:system-ui,sans-serif;max-width:1100px;marg
     tr.contradicts td:last-child{border-left-color:#d55e00}tr.not_determined td:last-child{border-left-color:#999}\
     tr.input td:last-child,tr.fitted td:last-child{border-left-color:#cc79a7}tr.unexplained td:last-child{border-left-color:#000}\
     figure{margin:1.5rem 0;break-inside:avoid}figure svg{max-width:100%;height:auto}figcaption{max-width:720px;font-size:.9rem}\
-    tr{break-inside:avoid}@media print{body{max-width:none;font-size:10pt}section{break-before:page}}";
+    tr{break-inside:avoid}@media print{body{max-width:none;font-size:10pt}section+section{break-before:page}figure svg{max-height:21cm;width:auto}}";
