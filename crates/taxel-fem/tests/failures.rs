@@ -2,14 +2,14 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel_fem::material::{Law, Material, Volumetric};
-use taxel_fem::mesh::{Axis, Grid2, Mesh};
+use taxel_fem::mesh::{Axis, Grid2, Mesh, gmsh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
     Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Pressure, Problem,
     ProblemError, RigidBody, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
-use taxel_fem::solver::newton::{Continue, Solver};
+use taxel_fem::solver::newton::{Continue, Solver, Step};
 
 /// A rectangle from the origin, of a solid.
 fn rectangle(size: [f64; 2], cells: [usize; 2], material: Material) -> Problem {
@@ -499,4 +499,73 @@ fn a_load_that_turns_is_told_as_a_limit() {
     solver
         .load_to(&[0.5 * reached], |_, _| Continue::Yes)
         .unwrap();
+}
+
+/// A tube on a rough plate, pressed by 2 mm and about to be rolled (mm and kPa).
+fn pressed_tube() -> Solver {
+    let mesh = include_str!("../../taxel/tests/bodies/tube.msh");
+    let mesh = gmsh::read(mesh).unwrap();
+    let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
+    problem.materials = vec![Material::incompressible(Law::neo_hookean(60.0))];
+    for (name, component, sign) in [("press", 1, -1.0), ("slide", 0, 1.0)] {
+        let parameter = problem.parameter(name, Rule::Given);
+        let motion = Motion::Driven(parameter, sign);
+        problem.support("crown", component, motion).unwrap();
+    }
+    let surface = problem.surface("skin").unwrap();
+    let side = problem.mesh.mean_side(&surface);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface,
+        shape: Shape::HalfSpace {
+            point: [0.0; 3],
+            normal: [0.0, 1.0, 0.0],
+        },
+        travel: None,
+        stiffness: 3000.0 / side,
+        friction: 0.5,
+        overlap_limit: 1e-4 * side,
+    }));
+    let mut solver = Solver::new(problem).unwrap();
+    solver.load_to(&[2.0, 0.0], |_, _| Continue::Yes).unwrap();
+    solver
+}
+
+#[test]
+fn a_body_that_loses_its_equilibrium_on_a_rough_plate_jumps_or_stops() {
+    let mut solver = pressed_tube();
+    solver.settings.jump_steps = 0;
+    // A longer step may fall on a state beyond by itself.
+    solver.settings.largest_step = 0.1;
+    let failure = solver.load_to(&[2.0, 0.5], |_, _| Continue::Yes);
+    let failure = failure.unwrap_err();
+    assert!(
+        matches!(failure.reason, Reason::NotConverged { .. }),
+        "{failure}"
+    );
+    // Without a state beyond, it stays at the last one before.
+    let slid = solver.state().parameters[1];
+
+    assert!((0.2..0.4).contains(&slid), "{slid}");
+    let press = solver.contact(0).force()[1];
+    solver.settings.jump_steps = 200;
+    let mut jumps = Vec::new();
+    let mut hear = |_: &_, step: &Step| {
+        jumps.extend(step.jump);
+        Continue::Yes
+    };
+    solver.load_to(&[2.0, slid + 1e-3], &mut hear).unwrap();
+    let [jump] = jumps[..] else {
+        panic!("{jumps:?}");
+    };
+    // Far, over the thousandth of a millimetre that the crown went, and to a softer state.
+    assert!((0.2..1.0).contains(&jump.way), "{jump:?}");
+    let after = solver.contact(0).force()[1];
+    assert!(after < 0.95 * press, "{after} {press}");
+    // It is an equilibrium, and no other one is nearer.
+    let found = solver.state().displacement.clone();
+    solver.settle().unwrap();
+    let ways = found.iter().zip(&solver.state().displacement);
+    let off = ways.flat_map(|(a, b)| [0, 1].map(|d| (a[d] - b[d]).abs()));
+    let off = off.fold(0.0, f64::max);
+    assert!(off < 1e-4, "{off}");
 }

@@ -294,8 +294,8 @@ fn a_half_disc_is_drawn_along_the_waves() {
     }
 }
 
-/// Pull over friction times load of a block that is drawn over a slab in space.
-fn drawn(lower: &Mesh, upper: &Mesh, ways: &[f64]) -> Vec<f64> {
+/// Pull over friction times load of a block that is drawn over a slab in space, and the steps.
+fn drawn(lower: &Mesh, upper: &Mesh, ways: &[f64]) -> (Vec<f64>, Vec<Step>) {
     let (friction, load, area) = (0.4, 0.01, 0.6);
     let mut problem = resting(lower, upper, Kinematics::Solid, friction);
     // A load presses in the place of a travel.
@@ -310,19 +310,28 @@ fn drawn(lower: &Mesh, upper: &Mesh, ways: &[f64]) -> Vec<f64> {
         parameter: Parameter(0),
     });
     let mut solver = Solver::new(problem).unwrap();
-    solver.load_to(&[load, 0.0], |_, _| Continue::Yes).unwrap();
-    let pull = |way: &f64| {
-        solver.load_to(&[load, *way], |_, _| Continue::Yes).unwrap();
-        solver.evaluate().unwrap().along[1] / (friction * load * area)
+    let mut steps = Vec::new();
+    let mut load_to = |solver: &mut Solver, way: f64| {
+        let hear = |_: &_, step: &Step| {
+            steps.push(*step);
+            Continue::Yes
+        };
+        solver.load_to(&[load, way], hear).unwrap();
     };
-    ways.iter().map(pull).collect()
+    load_to(&mut solver, 0.0);
+    let pulls = ways.iter().map(|&way| {
+        load_to(&mut solver, way);
+        solver.evaluate().unwrap().along[1] / (friction * load * area)
+    });
+    let pulls = pulls.collect();
+    (pulls, steps)
 }
 
 #[test]
 fn a_soft_block_slides_over_a_soft_slab_in_space() {
     let lower = block([-0.5, -0.25, -0.5], [2.0, 0.85, 0.0], &[5, 2, 1]);
     let upper = block([0.0, 0.0, 0.0], [1.0, 0.6, 0.4], &[2, 1, 1]);
-    for share in drawn(&lower, &upper, &[0.3]) {
+    for share in drawn(&lower, &upper, &[0.3]).0 {
         assert!((share - 1.0).abs() < 0.01, "{share}");
     }
 }
@@ -339,8 +348,18 @@ fn a_soft_block_slides_far_in_space() {
         ("hexahedra", [&lower, &upper]),
         ("tetrahedra", [&divided[0], &divided[1]]),
     ] {
-        let shares = drawn(lower, upper, &[0.1, 0.3, 0.6]);
+        let (shares, steps) = drawn(lower, upper, &[0.1, 0.3, 0.6]);
         println!("{name}: pull over friction times load {shares:.6?}");
+        let mean = |count: fn(&Step) -> usize| {
+            steps.iter().map(count).sum::<usize>() as f64 / steps.len() as f64
+        };
+        println!(
+            "{name}: {} steps, on the mean {:.1} iterations, {:.1} before the first round, at most {}",
+            steps.len(),
+            mean(|step| step.iterations),
+            mean(|step| step.before_rounds),
+            steps.iter().map(|step| step.iterations).max().unwrap_or(0)
+        );
         for share in shares {
             assert!((share - 1.0).abs() < 0.01, "{name}: {share}");
         }

@@ -72,6 +72,15 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
         None => Ok(()),
     };
     let ended = solve(&mut body, &mut series, arguments.resume.is_some(), &save)?;
+    let effort = body.effort();
+    if effort.parts > 0 {
+        note!(
+            "{} parts of steps, {:.1} iterations each on the mean, at most {}",
+            effort.parts,
+            effort.iterations as f64 / effort.parts as f64,
+            effort.most
+        );
+    }
     let about = about(&named, &body);
     let answer = table::render(
         arguments.format.into(),
@@ -134,6 +143,18 @@ fn solve(
             note!(
                 "note: step {}: pressures of contacts at single points did not go on; from here on they are kept at the corners of cells, whose greatest ones are less accurate",
                 before + 1
+            );
+        }
+        if let Some(jump) = body.jumps().iter().max_by(|a, b| a.way.total_cmp(&b.way)) {
+            let [x, y, z] = jump.place.map(|x| 1e3 * x);
+            note!(
+                "note: step {}: the body lost its equilibrium and jumped to another one, {}; farthest by {:.3} mm, near ({x:.3}, {y:.3}, {z:.3}) mm",
+                before + 1,
+                match body.jumps().len() {
+                    1 => "once".to_owned(),
+                    times => format!("{times} times"),
+                },
+                1e3 * jump.way
             );
         }
         save(body, first)?;

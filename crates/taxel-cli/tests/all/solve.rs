@@ -223,6 +223,50 @@ fn a_solution_goes_on_where_it_was_stopped() {
     assert_eq!(answer["rows"].as_array().unwrap().len(), 7);
 }
 
+/// A tube that slips while it is rolled over a plate: pressures at points do not go on there, and
+/// its equilibrium ends.
+#[test]
+fn contacts_that_go_to_corners_and_bodies_that_jump_are_told() {
+    let folder = folder("tube");
+    let bodies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/tests/bodies");
+    fs::copy(bodies.join("tube.msh"), folder.join("tube.msh")).unwrap();
+    let tube = fs::read_to_string(bodies.join("tube.toml")).unwrap();
+    let solved = |friction: &str, multipliers: &str| {
+        let text = tube.replacen("friction = 0.4", &format!("friction = {friction}"), 1);
+        let path = folder.join("tube.toml");
+        fs::write(
+            &path,
+            format!("{text}\n[solver]\nmultipliers = \"{multipliers}\"\n"),
+        )
+        .unwrap();
+        let output = taxel(&["solve", self::text(&path)]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{message}");
+        message
+    };
+    let corners = "note: step 5: pressures of contacts at single points did not go on";
+    let message = solved("0.6", "automatic");
+    assert_eq!(message.matches(corners).count(), 1, "{message}");
+    let jumped = "note: step 5: the body lost its equilibrium and jumped to another one, once; farthest by 0.4";
+    assert_eq!(message.matches(jumped).count(), 1, "{message}");
+    // Whoever chooses corners is not told that they were.
+    let message = solved("0.6", "corners");
+    assert!(!message.contains(corners), "{message}");
+    // How much work it was.
+    let line = message
+        .lines()
+        .find(|line| line.contains(" parts of steps, "))
+        .unwrap();
+    let numbers: Vec<f64> = line
+        .split(|c: char| !c.is_ascii_digit() && c != '.')
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [parts, mean, most] = numbers[..] else {
+        panic!("{line}");
+    };
+    assert!(parts >= 6.0 && mean >= 1.0 && most >= mean, "{line}");
+}
+
 #[test]
 fn wrong_input_is_refused_before_anything_is_solved() {
     let folder = folder("wrong");

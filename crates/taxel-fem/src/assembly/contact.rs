@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::friction::{Friction, friction};
+use super::friction::{Friction, Slide, friction};
 use super::meeting::{Meeting, Nodal, each_meeting, rub_surface};
 use super::points::{ContactPoint, each_point_of};
 use super::surfaces::PairTables;
@@ -97,6 +97,11 @@ impl System {
                 self.travel(point, direction, parameter.0, (&push, &bend), out);
             }
             if rubbing.sliding != [0.0; 3] {
+                out.slides.push(Slide {
+                    contact: number,
+                    point: point.number,
+                    direction: rubbing.sliding,
+                });
                 // The bound of a point that slides follows its pressure.
                 let slope = obstacle.friction * obstacle.stiffness;
                 let (forces, motion) = (
@@ -281,6 +286,11 @@ impl System {
                 }
             }
             if friction.sliding != [0.0; 3] {
+                out.slides.push(Slide {
+                    contact: number,
+                    point: point.number,
+                    direction: friction.sliding,
+                });
                 let slope = pair.friction * pair.stiffness;
                 let forces = self.along(&moves, friction.sliding.map(|d| -slope * area * d));
                 let mut motion = self.along(&moves, normal);
@@ -588,7 +598,7 @@ fn rub(
         .anchor(point.number)
         .map_or_else(Friction::default, |anchor| {
             let here = std::array::from_fn(|d| point.place[d] - shift[d]);
-            let bound = obstacle.friction * pressure;
+            let bound = contact.bound(point.number, obstacle.friction, pressure);
             friction(gap, here, anchor.place, obstacle.stiffness, bound)
         })
 }

@@ -1,6 +1,6 @@
 //! Coulomb friction at a contact point.
 
-use crate::problem::contact::Gap;
+use crate::problem::contact::{ContactState, Gap};
 
 /// Traction that resists sliding, with its derivative by the place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,9 +51,74 @@ pub(crate) fn friction(
     }
 }
 
+/// A contact point that slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slide {
+    /// Number of the contact.
+    pub contact: usize,
+    /// Number of the point in it.
+    pub point: usize,
+    /// Direction in which it slides.
+    pub direction: [f64; 3],
+}
+
+/// Lets points stick that slide now against the direction in which they slid in the last
+/// iteration; false if there are none. A point at rest lies between the two, in a range as narrow
+/// as the contact is stiff, and the tangent of a point that slides knows nothing of it: its friction
+/// does not change. Without this the point goes to and fro without end.
+pub(crate) fn stick_where_turned(
+    before: &[Slide],
+    now: &[Slide],
+    contacts: &mut [ContactState],
+) -> bool {
+    let mut before = before.iter().peekable();
+    let mut any = false;
+    for slide in now {
+        let number = (slide.contact, slide.point);
+        let earlier = |known: &&Slide| (known.contact, known.point) < number;
+        while before.next_if(earlier).is_some() {}
+        let same = before.next_if(|known| (known.contact, known.point) == number);
+        let along = |known: &Slide| -> f64 {
+            let parts = known.direction.iter().zip(slide.direction);
+            parts.map(|(a, b)| a * b).sum()
+        };
+        if same.is_some_and(|known| along(known) < 0.0) {
+            contacts[slide.contact].stuck.push(slide.point);
+            any = true;
+        }
+    }
+    any
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_points_that_slide_back_are_stuck() {
+        let slide = |contact, point, x: f64| Slide {
+            contact,
+            point,
+            direction: [x, 0.0, 0.0],
+        };
+        let before = [slide(0, 1, 1.0), slide(0, 4, 1.0), slide(1, 0, -1.0)];
+        let now = [
+            slide(0, 0, -1.0),
+            slide(0, 1, 1.0),
+            slide(0, 4, -1.0),
+            slide(1, 0, 1.0),
+        ];
+        let mut contacts = vec![ContactState::default(); 2];
+        assert!(stick_where_turned(&before, &now, &mut contacts));
+        assert_eq!(
+            (&contacts[0].stuck, &contacts[1].stuck),
+            (&vec![4], &vec![0])
+        );
+        assert!(contacts[0].bound(4, 0.5, 2.0).is_infinite());
+        assert_eq!(contacts[0].bound(1, 0.5, 2.0), 1.0);
+        let mut contacts = vec![ContactState::default(); 2];
+        assert!(!stick_where_turned(&before, &before, &mut contacts));
+    }
 
     #[test]
     fn the_traction_sticks_then_slides_and_its_anchor_follows() {

@@ -93,7 +93,7 @@ pub(super) fn rub_surface(
         .filter(|_| pair.friction > 0.0)?;
     let facet = anchor.facet? as usize;
     let (held, values) = tables.place_on(facet, anchor.place, places);
-    let bound = pair.friction * meeting.pressure.max(0.0);
+    let bound = contact.bound(point.number, pair.friction, meeting.pressure.max(0.0));
     Some(Rubbing {
         friction: friction(&meeting.gap, point.place, held, pair.stiffness, bound),
         height: dot(minus(point.place, held), meeting.gap.normal),

@@ -5,7 +5,7 @@ pub mod dofs;
 mod edges;
 pub(crate) mod follow;
 mod foot;
-mod friction;
+pub(crate) mod friction;
 pub mod kernel;
 mod meeting;
 pub(crate) mod mixed;

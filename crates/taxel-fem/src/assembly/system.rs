@@ -2,6 +2,7 @@
 
 use super::dofs::Unknowns;
 use super::follow::{Followed, add_turning};
+use super::friction::Slide;
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
@@ -80,6 +81,8 @@ pub struct Assembled {
     /// True if surfaces touch for which the matrix has no place yet: their forces are in the
     /// residual, but not in the tangent.
     pub incomplete: bool,
+    /// Contact points that slide, in the order of their contacts and numbers.
+    pub(crate) slides: Vec<Slide>,
     /// Change of each force along a parameter with the unknowns, beyond its coupling.
     pub force_slopes: Vec<Vec<(usize, f64)>>,
     /// Volumes of the cavities.

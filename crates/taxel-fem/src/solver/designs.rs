@@ -149,6 +149,7 @@ impl Solver {
                 least_volume: least,
                 definiteness: Definiteness::Positive,
                 fraction: 1.0,
+                jump: None,
                 energies: [0.0; 3],
             });
         }

@@ -2,18 +2,19 @@
 
 use super::failure::{Failure, Reason};
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
-use super::memory::{Times, held, remember};
+use super::jump::Drag;
+pub use super::jump::Jump;
 use super::neighbours::Neighbours;
 pub use super::settings::{Continue, Settings, Step};
 use super::small::{axpy, dot, solve_small};
+use super::steps::Previous;
 use crate::assembly::contact::ContactProbe;
 pub use crate::assembly::contact::Multipliers;
 use crate::assembly::follow::place_rigid_bodies;
-use crate::assembly::kernel::MAX_PRESSURES;
+use crate::assembly::friction::stick_where_turned;
 use crate::assembly::state::State;
-use crate::assembly::system::{Assembled, System};
-use crate::problem::contact::ContactState;
-use crate::problem::{Contact, Problem, ProblemError, Rule};
+use crate::assembly::system::{Assembled, InvertedCell, System};
+use crate::problem::{Problem, ProblemError, Rule};
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::solver::unsymmetric;
 use crate::solver::volume::{Lattice, LeastVolume, least_volume};
@@ -60,42 +61,14 @@ pub struct Solver {
     pub(super) state: State,
     /// Targets of the accepted state.
     pub(super) targets: Vec<f64>,
-    previous: Option<Previous>,
+    pub(super) previous: Option<Previous>,
     pub(super) neighbours: Neighbours,
+    /// On the way of a jump.
+    pub(super) drag: Option<Drag>,
     /// First energy of an iteration, carried over steps.
     pub(super) scale: f64,
     /// Newton iterations since the beginning.
     pub iterations: usize,
-}
-
-struct Previous {
-    state: State,
-    targets: Vec<f64>,
-}
-
-impl Previous {
-    /// Number of times the step from here to `now` has to be repeated to come from `now`
-    /// to `target`; none when the path turns.
-    fn ratio(&self, now: &[f64], target: &[f64]) -> Option<f64> {
-        let last = (0..now.len()).map(|k| now[k] - self.targets[k]);
-        let next = (0..now.len()).map(|k| target[k] - now[k]);
-        let mut ratio: Option<f64> = None;
-        for (last, next) in last.zip(next) {
-            if last == 0.0 && next == 0.0 {
-                continue;
-            }
-            let own = next / last;
-            if own.is_nan()
-                || own <= 0.0
-                || ratio.is_some_and(|known| (known / own - 1.0).abs() > 1e-6)
-            {
-                return None;
-            }
-            ratio = ratio.or(Some(own)).filter(|ratio| ratio.is_finite());
-            ratio?;
-        }
-        ratio
-    }
 }
 
 impl Solver {
@@ -181,6 +154,7 @@ impl Solver {
             targets,
             previous: None,
             neighbours: Neighbours::default(),
+            drag: None,
             scale: 0.0,
             iterations: 0,
         };
@@ -250,6 +224,11 @@ impl Solver {
     pub fn restart(&mut self, state: State, targets: Vec<f64>) {
         self.state = state;
         self.targets = targets;
+        self.restart_here();
+    }
+
+    /// Forgets the way to the accepted state.
+    pub(super) fn restart_here(&mut self) {
         self.previous = None;
         self.neighbours.clear();
         self.scale = 0.0;
@@ -349,260 +328,14 @@ impl Solver {
             .collect())
     }
 
-    /// Loads from the present targets to these in adaptive steps; `seen` is called after every
-    /// accepted step and may stop the loading.
-    ///
-    /// # Errors
-    /// When a step of the smallest size does not converge. The accepted steps stay.
-    pub fn load_to(
+    /// Newton's iteration from a state to these targets.
+    pub(super) fn iterate(
         &mut self,
+        trial: &mut State,
         targets: &[f64],
-        seen: impl FnMut(&State, &Step) -> Continue,
-    ) -> Result<(), Failure> {
-        self.load_over(0.0, targets, seen)
-    }
-
-    /// The same at a constant rate over a duration in s, for viscoelastic solids;
-    /// [`Self::load_to`] loads instantaneously.
-    ///
-    /// # Errors
-    /// As [`Self::load_to`].
-    pub fn load_over(
-        &mut self,
-        duration: f64,
-        targets: &[f64],
-        mut seen: impl FnMut(&State, &Step) -> Continue,
-    ) -> Result<(), Failure> {
-        self.check_targets(targets)?;
-        let duration = duration.max(0.0);
-        let start = self.targets.clone();
-        let times = Times::of(&self.problem).filter(|_| duration > 0.0);
-        if times.is_some() && start == targets && self.wait(duration, &mut seen) {
-            return Ok(());
-        }
-        let span = times.map_or(duration, |times| times.span(duration));
-        let mut gone = 0.0;
-        // A path that continues in the same direction keeps its step size.
-        let pace = self
-            .previous
-            .as_ref()
-            .and_then(|previous| previous.ratio(&start, targets))
-            .map_or(self.settings.first_step, |ratio| 1.5 / ratio);
-        let mut size = pace.min(self.settings.largest_step);
-        while gone < 1.0 {
-            let left = 1.0 - gone;
-            // Strain that creeps is not linear in time.
-            let most = times.map_or(1.0, |times| times.step(gone * span) / span);
-            let size_now = size.min(most);
-            // No tiny last step.
-            let fraction = if size_now > 0.99 * left {
-                left
-            } else if size_now > 0.5 * left {
-                0.5 * left
-            } else {
-                size_now
-            };
-            let end = if fraction == left {
-                1.0
-            } else {
-                gone + fraction
-            };
-            let target: Vec<f64> = start
-                .iter()
-                .zip(targets)
-                .map(|(start, target)| {
-                    if end == 1.0 {
-                        *target
-                    } else {
-                        start + end * (target - start)
-                    }
-                })
-                .collect();
-            let last = end == 1.0 && duration > span;
-            let elapsed = if last { duration } else { span * (end - gone) };
-            match self.step(&target, elapsed) {
-                Ok(mut step) => {
-                    gone = end;
-                    step.fraction = gone;
-                    // Rounds of multipliers say nothing of the size of the step.
-                    if step.before_rounds <= self.settings.easy_iterations {
-                        size = (1.5 * fraction).min(self.settings.largest_step).max(size);
-                    } else if step.before_rounds > 2 * self.settings.easy_iterations {
-                        size = 0.6 * fraction;
-                    } else {
-                        size = size.min(1.2 * fraction);
-                    }
-                    if seen(&self.state, &step) == Continue::Stop {
-                        return Ok(());
-                    }
-                }
-                Err(reason) => {
-                    size = fraction / 3.0;
-                    if size < self.settings.smallest_step || reason.is_final() {
-                        if !reason.is_final() && self.go_to_corners() {
-                            size = self.settings.first_step;
-                            continue;
-                        }
-                        return Err(Failure {
-                            reason: self.deeper(reason, targets),
-                            fraction: gone,
-                            parameters: self.named_parameters(),
-                        });
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// One finite target for each parameter.
-    fn check_targets(&self, targets: &[f64]) -> Result<(), Failure> {
-        let names: Vec<String> = self.named_parameters().into_iter().map(|p| p.0).collect();
-        if targets.len() != names.len() {
-            return Err(ProblemError::Targets {
-                found: targets.len(),
-                parameters: names,
-            }
-            .into());
-        }
-        match targets.iter().position(|target| !target.is_finite()) {
-            Some(number) => Err(ProblemError::NotFinite {
-                parameter: names[number].clone(),
-                value: targets[number],
-            }
-            .into()),
-            None => Ok(()),
-        }
-    }
-
-    /// Waits at the present targets in one step, which is exact where the strain is held; false,
-    /// and nothing done, where it creeps.
-    fn wait(&mut self, duration: f64, seen: &mut impl FnMut(&State, &Step) -> Continue) -> bool {
-        let before = self.state.clone();
-        let targets = self.targets.clone();
-        let Ok(mut step) = self.step(&targets, duration) else {
-            return false;
-        };
-        if !held(&before, &self.state) {
-            self.restart(before, targets);
-            return false;
-        }
-        step.fraction = 1.0;
-        seen(&self.state, &step);
-        true
-    }
-
-    fn named_parameters(&self) -> Vec<(String, f64)> {
-        (0..self.state.parameters.len())
-            .map(|k| {
-                let name = self.problem.name(crate::problem::Parameter(k)).to_owned();
-                (name, self.state.parameters[k])
-            })
-            .collect()
-    }
-
-    /// One step to these targets; the state changes only when it converges.
-    pub(super) fn step(&mut self, targets: &[f64], duration: f64) -> Result<Step, Reason> {
-        self.system.elimination = self.settings.elimination;
-        let contacts = self.problem.contacts.iter().zip(&self.state.contacts);
-        let at_rest = |(contact, known): (&Contact, &ContactState)| {
-            contact.rubs_at_once() && known.anchors.is_empty()
-        };
-        if contacts.into_iter().any(at_rest) {
-            self.system.anchor(&self.problem, &mut self.state);
-        }
-        let mut trial = self.start(targets);
-        trial.memory.begin(duration);
-        let mut outcome = self.iterate(&mut trial, targets, End::Exact);
-        if outcome.is_err() && self.previous.take().is_some() {
-            // The extrapolated start may be the cause.
-            trial = self.state.clone();
-            trial.memory.begin(duration);
-            outcome = self.iterate(&mut trial, targets, End::Exact);
-        }
-        let mut step = outcome?;
-        if let Some((contact, way, reach)) = self.system.leapt(&self.problem, &self.state, &trial) {
-            return Err(Reason::Leapt {
-                contact,
-                way,
-                reach,
-            });
-        }
-        // Rounds of multipliers change little: they are measured by the step's own scale.
-        let scale = self.scale;
-        let mut rounds = 0;
-        let mut left = false;
-        loop {
-            let renewed = rounds < self.settings.rounds && self.renew_multipliers(&mut trial);
-            if !renewed && !left {
-                break;
-            }
-            // Multipliers and equilibrium come nearer together; only the end has to be exact.
-            let end = if renewed { End::Nearer } else { End::Exact };
-            left = renewed;
-            rounds += usize::from(renewed);
-            let round = self.iterate(&mut trial, targets, end)?;
-            step.iterations += round.iterations;
-            self.scale = scale;
-        }
-        let mut inverted = Vec::new();
-        let least = least_volume(&self.problem, &trial, &self.lattices, &mut inverted);
-        step.least_volume = least;
-        if let Some(least) = least.filter(|least| least.ratio <= 0.0)
-            && self.settings.whole_cells
-        {
-            let Some(before) = self.system.refine_points(&self.problem, &inverted) else {
-                return Err(least.inverted(&self.problem).into());
-            };
-            let step = self.step(targets, duration);
-            if step.is_err() {
-                // A smaller step may not need them yet.
-                self.system.restore_points(before);
-            }
-            return step;
-        }
-        remember(&self.problem, &mut trial);
-        self.system.anchor(&self.problem, &mut trial);
-        let old = std::mem::replace(&mut self.state, trial);
-        self.previous = Some(Previous {
-            state: old,
-            targets: std::mem::replace(&mut self.targets, targets.to_vec()),
-        });
-        Ok(step)
-    }
-
-    /// Where a step begins to iterate.
-    fn start(&self, targets: &[f64]) -> State {
-        let mut trial = self.state.clone();
-        let Some(previous) = self.previous.as_ref().filter(|_| self.settings.extrapolate) else {
-            return trial;
-        };
-        // Far beyond the last step the straight line means little.
-        let ratio = previous.ratio(&self.targets, targets);
-        let Some(ratio) = ratio.filter(|&ratio| ratio < 4.0) else {
-            return trial;
-        };
-        let ratio = ratio * self.settings.reach;
-        let old = &previous.state;
-        for (new, old) in trial.displacement.iter_mut().zip(&old.displacement) {
-            for d in 0..3 {
-                new[d] += ratio * (new[d] - old[d]);
-            }
-        }
-        for (new, old) in trial.pressures.iter_mut().zip(&old.pressures) {
-            for m in 0..MAX_PRESSURES {
-                new[m] += ratio * (new[m] - old[m]);
-            }
-        }
-        for (new, old) in trial.parameters.iter_mut().zip(&old.parameters) {
-            *new += ratio * (*new - old);
-        }
-        place_rigid_bodies(&self.problem, &mut trial);
-        trial
-    }
-
-    fn iterate(&mut self, trial: &mut State, targets: &[f64], end: End) -> Result<Step, Reason> {
-        let mut assembled = self.system.assemble(&self.problem, trial, true)?;
+        end: End,
+    ) -> Result<Step, Reason> {
+        let mut assembled = self.tangent_at(trial)?;
         let mut first = 0.0_f64;
         let mut energies = Vec::new();
         let mut missed = Missed::default();
@@ -626,8 +359,13 @@ impl Solver {
             first = first.max(energy);
             // A good start has little to fall; it must not end before it has begun.
             let scale = first.max(0.03 * self.scale);
-            let settled = energy <= self.settings.tolerance * scale
+            let stuck = trial.contacts.iter().any(|known| !known.stuck.is_empty());
+            for known in &mut trial.contacts {
+                known.stuck.clear();
+            }
+            let fallen = energy <= self.settings.tolerance * scale
                 || at_floor(&energies, assembled.rounding);
+            let settled = fallen && !stuck;
             let before = trial.clone();
             last.clone_from(&before);
             let length = if alternates(&energies) { 0.5 } else { 1.0 };
@@ -662,11 +400,17 @@ impl Solver {
             };
             let bounds = (iteration, length, allowed);
             let start = dot(&assembled.residual, &change.unknowns);
+            let slid = std::mem::take(&mut assembled.slides);
             assembled = self.search(trial, &before, &assembled, &change, bounds)?;
             let nearer = dot(&assembled.residual, &change.unknowns).abs() <= ROUND * start.abs();
-            if end == End::Nearer && nearer && !assembled.incomplete {
+            let turned = stick_where_turned(&slid, &assembled.slides, &mut trial.contacts);
+            if end == End::Nearer && nearer && !turned && !assembled.incomplete {
                 self.system.reuse(std::mem::take(&mut assembled.values));
                 return Ok(converged(iteration, definiteness, &energies));
+            }
+            if turned {
+                self.system.reuse(std::mem::take(&mut assembled.values));
+                assembled = self.tangent_at(trial)?;
             }
         }
         Err(self.why_not(trial, &last, &energies))
@@ -674,9 +418,18 @@ impl Solver {
 
     /// Assembles at a state, with a place in the matrix for all that touches there.
     pub(super) fn assemble(&mut self, state: &State) -> Result<Assembled, Reason> {
-        let assembled = self.system.assemble(&self.problem, state, true)?;
+        let assembled = self.tangent_at(state)?;
         if assembled.incomplete {
             return self.extend(state);
+        }
+        Ok(assembled)
+    }
+
+    /// Assembles forces and tangent at a state, with the drag of a jump.
+    fn tangent_at(&mut self, state: &State) -> Result<Assembled, InvertedCell> {
+        let mut assembled = self.system.assemble(&self.problem, state, true)?;
+        if let Some(drag) = &self.drag {
+            drag.add(&self.system, state, &mut assembled);
         }
         Ok(assembled)
     }
@@ -691,7 +444,7 @@ impl Solver {
             }
             None => self.factor = Cholesky::analyse(&self.system.unknowns.pattern)?,
         }
-        Ok(self.system.assemble(&self.problem, state, true)?)
+        Ok(self.tangent_at(state)?)
     }
 
     /// True if the iteration has stalled.
@@ -720,7 +473,7 @@ impl Solver {
         (iteration, mut length, allowed): (usize, f64, f64),
     ) -> Result<Assembled, Reason> {
         loop {
-            match self.system.assemble(&self.problem, trial, true) {
+            match self.tangent_at(trial) {
                 Ok(next) => {
                     let start = dot(&assembled.residual, &change.unknowns);
                     let end = dot(&next.residual, &change.unknowns);
@@ -835,43 +588,11 @@ impl Solver {
             parameters,
         })
     }
-
-    /// Takes the multipliers from contact points to the corners of facets, if that is open; false
-    /// if no contact presses.
-    fn go_to_corners(&mut self) -> bool {
-        if self.settings.multipliers != Multipliers::Automatic || self.state.corners {
-            return false;
-        }
-        let mut contacts = self.problem.contacts.iter().zip(&self.state.contacts);
-        self.state.corners = contacts.any(|(contact, state)| {
-            !matches!(contact, Contact::Walls(_)) && state.multipliers.iter().any(|t| *t > 0.0)
-        });
-        if self.state.corners {
-            self.previous = None;
-            self.scale = 0.0;
-        }
-        self.state.corners
-    }
-
-    /// Takes the multipliers to the pressures found; false when no contact needs it.
-    fn renew_multipliers(&self, trial: &mut State) -> bool {
-        let places = trial.places(&self.problem.mesh);
-        let mut renewed = false;
-        for number in 0..self.problem.contacts.len() {
-            let of = (number, self.multipliers());
-            let next = self.system.renewed(&self.problem, trial, &places, of);
-            if let Some(multipliers) = next {
-                trial.contacts[number].multipliers = multipliers;
-                renewed = true;
-            }
-        }
-        renewed
-    }
 }
 
 /// Where an iteration ends.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum End {
+pub(super) enum End {
     /// At the tolerance.
     Exact,
     /// After a change that has taken most of the forces along it.
@@ -885,6 +606,7 @@ fn converged(iterations: usize, definiteness: Definiteness, energies: &[f64]) ->
         least_volume: None,
         definiteness,
         fraction: 0.0,
+        jump: None,
         energies: match energies[..] {
             [.., first, second, third] => [first, second, third],
             _ => [0.0; 3],

@@ -1,5 +1,6 @@
 //! Settings of a solution, and what its steps report.
 
+use super::jump::Jump;
 use super::volume::LeastVolume;
 use crate::assembly::contact::Multipliers;
 use crate::assembly::kernel::ELIMINATION_RATIO;
@@ -42,6 +43,11 @@ pub struct Settings {
     /// ([`Step::least_volume`], `Solver::least_volume_ratio`): at a bonded corner, where the
     /// stretch has no bound, that is often as good elsewhere, and goes further.
     pub whole_cells: bool,
+    /// Steps in which a body may creep, against a drag, to the equilibrium that it jumps to where the
+    /// smallest step fails on a rough contact ([`Step::jump`]): points that begin to slide together
+    /// have none nearby. With 0, and with rigid bodies, constraints or an iterative solver, the
+    /// solution ends there.
+    pub jump_steps: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.
     pub stable: bool,
@@ -66,6 +72,7 @@ impl Default for Settings {
             rounds: 8,
             multipliers: Multipliers::Automatic,
             whole_cells: false,
+            jump_steps: 200,
             stable: true,
             elimination: ELIMINATION_RATIO,
         }
@@ -85,6 +92,8 @@ pub struct Step {
     pub definiteness: Definiteness,
     /// Fraction of the way that has been gone.
     pub fraction: f64,
+    /// Set if the body lost its equilibrium and jumped to this one.
+    pub jump: Option<Jump>,
     /// Energy norms of the last three iterations before the first round, the last one last; zero
     /// where there were fewer.
     pub energies: [f64; 3],

@@ -7,7 +7,7 @@ use taxel_fem::assembly::system::Assembled;
 use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
 use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
-use taxel_fem::solver::newton::{Continue, Multipliers, Solver};
+use taxel_fem::solver::newton::{Continue, Jump, Multipliers, Solver, Step};
 use taxel_fem::solver::stress::{nodal_stress, von_mises};
 
 use super::build::{self, component, letter, turns};
@@ -32,6 +32,25 @@ pub enum Ended {
     Stopped,
 }
 
+/// Work of the steps that a body has solved; of a restored one, since then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// Parts of steps.
+    pub parts: usize,
+    /// Newton iterations of all parts.
+    pub iterations: usize,
+    /// Most iterations of one part.
+    pub most: usize,
+}
+
+impl Effort {
+    fn add(&mut self, part: &Step) {
+        self.parts += 1;
+        self.iterations += part.iterations;
+        self.most = self.most.max(part.iterations);
+    }
+}
+
 /// A problem with its mesh, being solved.
 pub struct Body {
     pub(super) file: ProblemFile,
@@ -45,6 +64,9 @@ pub struct Body {
     /// Rows of the steps that are done, and of rest.
     pub(super) rows: Vec<Vec<f64>>,
     notes: Vec<String>,
+    effort: Effort,
+    /// Jumps of the present step.
+    jumps: Vec<Jump>,
 }
 
 impl Body {
@@ -70,6 +92,8 @@ impl Body {
             done: 0,
             rows: Vec::new(),
             notes: built.notes,
+            effort: Effort::default(),
+            jumps: Vec::new(),
             file,
         };
         let options = body.file.solver;
@@ -131,6 +155,16 @@ impl Body {
         self.solver.settings.multipliers == Multipliers::Automatic && self.solver.state().corners
     }
 
+    /// Work so far.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
+    /// Where the last step lost its equilibrium on a rough contact and jumped to another one, in m.
+    pub fn jumps(&self) -> &[Jump] {
+        &self.jumps
+    }
+
     /// Numbers of unknowns and cells.
     pub fn size(&self) -> [usize; 2] {
         let cells = self.solver.problem().mesh.cell_count();
@@ -151,7 +185,11 @@ impl Body {
         self.solver.restart(state, now);
         self.seat()?;
         let mut stopped = false;
-        let mut hear = |_: &_, step: &taxel_fem::solver::newton::Step| {
+        self.jumps.clear();
+        let (effort, jumps) = (&mut self.effort, &mut self.jumps);
+        let mut hear = |_: &_, step: &Step| {
+            effort.add(step);
+            jumps.extend(step.jump);
             if seen(step.fraction) || step.fraction == 1.0 {
                 Continue::Yes
             } else {
@@ -160,7 +198,8 @@ impl Body {
             }
         };
         if self.solver.targets() == targets.as_slice() {
-            self.solver.settle()?;
+            let part = self.solver.settle()?;
+            self.effort.add(&part);
         } else {
             self.solver.load_to(&targets, &mut hear)?;
         }

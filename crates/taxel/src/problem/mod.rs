@@ -10,7 +10,7 @@ mod description;
 mod fields;
 mod saved;
 
-pub use body::{Body, Ended};
+pub use body::{Body, Effort, Ended};
 pub use description::{
     Along, Axis, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Contact, Cylinder,
     Dielectric, Driver, Geometry, Law, Load, MeshFile, NeoHookean, Obstacle, OfCavity, OgdenTerm,

@@ -35,6 +35,8 @@ pub struct ContactState {
     pub multipliers: Vec<f64>,
     /// The anchor of each point of a rough obstacle or of a surface; none where it meets nothing.
     pub anchors: Vec<Option<Anchor>>,
+    /// Numbers of points that stick in the present iteration, whatever their friction.
+    pub(crate) stuck: Vec<usize>,
 }
 
 /// Where a contact point was when the last step ended.
@@ -51,6 +53,15 @@ impl ContactState {
     /// Multiplier of a contact point, Pa; zero before the first round.
     pub(crate) fn multiplier(&self, point: usize) -> f64 {
         self.multipliers.get(point).copied().unwrap_or(0.0)
+    }
+
+    /// Greatest friction of a point at a coefficient and a pressure, Pa.
+    pub(crate) fn bound(&self, point: usize, coefficient: f64, pressure: f64) -> f64 {
+        if self.stuck.contains(&point) {
+            f64::INFINITY
+        } else {
+            coefficient * pressure
+        }
     }
 
     /// Anchor of a contact point that rubs.
