@@ -146,6 +146,11 @@ fn frame(criterion: &mut Criterion) {
     };
     let groups = [file("places.csv", places), file("forces.csv", forces)];
     let trained = train(&named, &groups, &CalibrateOptions::default()).expect("trains");
+    let ridge = &trained.maps.force.as_ref().expect("a force").ridge;
+    println!(
+        "30 channels: {} features of the force",
+        ridge.weights().len()
+    );
     let file = trained.to_toml(&Provenance {
         version: "0",
         date: "2026-01-01",

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 #![allow(clippy::print_stdout, reason = "the long form prints its table")]
 
-use std::fmt::Write as _;
+mod tables;
 
 use taxel::estimation::{
     ArrayEstimator, ChannelState, FrameError, State, TouchEvent, TouchEventKind, Why,
@@ -65,18 +65,9 @@ fn rows(gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
 }
 
 fn table(name: usize, gain: f64, seed: u64) -> Vec<TrainingFile> {
-    let mut text = String::from("time [s],force_z [N]");
-    (1..=CHANNELS).for_each(|c| write!(text, ",channel_{c}").unwrap());
-    text.push('\n');
-    for (time, force, readings) in rows(gain, seed) {
-        write!(text, "{time},{force}").unwrap();
-        for reading in readings {
-            write!(text, ",{reading}").unwrap();
-        }
-        text.push('\n');
-    }
-    let name = format!("run{name}.csv");
-    vec![TrainingFile { name, text }]
+    let rows = rows(gain, seed).into_iter();
+    let rows = rows.map(|(time, force, readings)| (time, vec![force], readings));
+    tables::table(format!("run{name}.csv"), "force_z [N]", rows)
 }
 
 fn trained(sensor: &Sensor, gains: &[f64], seed: u64) -> TrainedOutcome {
@@ -597,20 +588,13 @@ fn spans(minutes: f64, count: usize, mut body: Creeping) -> Vec<Span> {
     let sensor = sensor();
     let mut groups = Vec::new();
     for run in 0..2 {
-        let mut text = String::from("time [s],force_z [N]");
-        (1..=CHANNELS).for_each(|c| write!(text, ",channel_{c}").unwrap());
-        text.push('\n');
         let (mut body, mut touches) = (Creeping::new(40 + run), Touches::new(50 + run));
-        for k in 0..6000 {
+        let rows = (0..6000).map(|k| {
             let (force, ..) = touches.next();
-            write!(text, "{},{force}", Creeping::STEP * f64::from(k)).unwrap();
-            for reading in body.frame(force) {
-                write!(text, ",{reading}").unwrap();
-            }
-            text.push('\n');
-        }
-        let name = format!("run{run}.csv");
-        groups.push(vec![TrainingFile { name, text }]);
+            let readings = body.frame(force).into_iter().collect();
+            (Creeping::STEP * f64::from(k), vec![force], readings)
+        });
+        groups.push(tables::table(format!("run{run}.csv"), "force_z [N]", rows));
     }
     let named = NamedSensor {
         name: "six.toml",
@@ -787,31 +771,17 @@ fn a_contact_that_moves_over_a_trained_skin_slips() {
     );
     let sensor = Sensor::parse("grid.toml", &text).unwrap();
     let mut noise = Noise::seeded(3);
-    let mut places = String::from("time [s],x [mm],y [mm]");
-    (1..=12).for_each(|c| write!(places, ",channel_{c}").unwrap());
-    for press in 0..400 {
+    let presses = (0..400).map(|press| {
         // Neighbours in time are none in place.
         let at = press * 149 % 400;
         let place = [
             1.1 * f64::from(at % 20) - 10.45,
             0.8 * f64::from(at / 20) - 7.6,
         ];
-        write!(
-            places,
-            "\n{},{},{}",
-            0.1 * f64::from(press),
-            place[0],
-            place[1]
-        )
-        .unwrap();
-        for reading in readings_at(place, &mut noise) {
-            write!(places, ",{reading}").unwrap();
-        }
-    }
-    let groups = [vec![TrainingFile {
-        name: "places.csv".into(),
-        text: places + "\n",
-    }]];
+        let readings = readings_at(place, &mut noise).into_iter().collect();
+        (0.1 * f64::from(press), place.to_vec(), readings)
+    });
+    let groups = [tables::table("places.csv", "x [mm],y [mm]", presses)];
     let named = NamedSensor {
         name: "grid.toml",
         text: &text,

@@ -83,8 +83,9 @@ pub(super) fn train(
     let components = trained_components(&chosen.map, &sessions, &chosen.options).map_err(failed)?;
     for one in &components {
         let (name, unit) = (one.map.component.name(), one.map.component.unit());
-        let summary = ResidualSummary::of(name.into(), unit, &one.errors, one.largest);
-        let score = Score::of(&one.errors, &one.deviations);
+        let held_out = &one.held_out;
+        let summary = ResidualSummary::of(name.into(), unit, &held_out.errors, one.largest);
+        let score = Score::of(&held_out.errors, &held_out.deviations);
         found.remarks.push(Remark::whole(format!(
             "{name}: held out {:.4} {unit} rms of at most {:.3} {unit}, {:.1} % within the 95 % intervals",
             score.rms,

@@ -175,7 +175,7 @@ fn rest(runs: &mut [Run]) -> Rest {
 /// Time after a contact until what the body shows of it is less than the noise of a reading, s.
 ///
 /// What it shows is the mean of a block of frames in which the scale reads nothing, less the
-/// reading at rest, beyond the noise of the mean; of all channels the largest over its noise.
+/// reading at rest, beyond the noise of both means; of all channels the largest over its noise.
 fn recovery(runs: &[Run], deviation: &[f64]) -> f64 {
     let mut most = 1.0_f64;
     for run in weighed(runs) {
@@ -191,14 +191,17 @@ fn recovery(runs: &[Run], deviation: &[f64]) -> f64 {
         let frames = session.sensor.times().iter().zip(session.sensor.rows());
         let frames = frames.filter(|(time, _)| empty(**time));
         let frames: Vec<&Vec<f64>> = frames.map(|(_, row)| row).collect();
+        let counts = [BLOCK, session.rest_frames().len().max(1)];
+        let noise = counts.map(|count| 1.0 / count as f64);
+        let noise = (noise[0] + noise[1]).sqrt();
         let channels = session.baseline().into_iter().zip(deviation).enumerate();
         for (channel, (rest, deviation)) in channels {
             let shown = frames.iter().map(|row| row[channel] - rest);
             let shown: Vec<f64> = shown.filter(|shown| shown.is_finite()).collect();
-            for block in shown.chunks(BLOCK) {
-                let count = block.len() as f64;
-                let mean = block.iter().sum::<f64>() / count;
-                most = most.max(mean.abs() / deviation - SURELY / count.sqrt());
+            // What is left over is too short for a mean.
+            for block in shown.chunks_exact(BLOCK) {
+                let mean = block.iter().sum::<f64>() / BLOCK as f64;
+                most = most.max(mean.abs() / deviation - SURELY * noise);
             }
         }
     }

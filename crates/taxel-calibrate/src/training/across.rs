@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 use taxel::trained::{
-    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, TrainedMaps,
+    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainedMaps,
     TrainingError,
 };
 use taxel_numerics::split_mix;
@@ -72,6 +72,8 @@ pub struct AcrossRuns {
     /// Root mean square of the errors of the chosen map on its own training readings, replayed as
     /// live, N; `NaN` before.
     pub replayed: f64,
+    /// Mean square of the errors of blocks of time, N².
+    blocks: f64,
 }
 
 /// Parts of a run whose errors are resampled: errors of neighbours move together.
@@ -111,7 +113,8 @@ impl AcrossRuns {
                     let ((_, blocks), _) = held(false)?;
                     kinds.push(squares(&blocks));
                 }
-                Ok((widened(map, held_out, options, runs.len()), kinds))
+                let blocks = kinds.last().map_or(0.0, |squares| mean(squares));
+                Ok((widened(map, held_out, options, (runs.len(), blocks)), kinds))
             })
             .collect::<Result<_, TrainingError>>()?;
         let (mut trained, kinds): (Vec<Self>, Vec<Vec<Vec<f64>>>) = found.into_iter().unzip();
@@ -228,6 +231,7 @@ impl AcrossRuns {
             })
             .map(|(block, known)| {
                 let ridge = options.ridge(&known, map)?;
+                let noise = ridge.noise_variance().sqrt();
                 let estimates = played(bare(ridge), block.run)?;
                 let run = &readings[block.run];
                 let mut found = HeldOutForce::default();
@@ -238,11 +242,8 @@ impl AcrossRuns {
                         continue;
                     };
                     if f64::is_finite(value) {
-                        found.runs.push(block.run);
-                        found.times.push(time);
-                        found.estimates.push(value);
-                        found.errors.push(value - run.force[row]);
-                        found.deviations.push(deviation);
+                        let reading = [time, run.force[row]];
+                        found.push(block.run, reading, [value, deviation], noise);
                     }
                 }
                 Ok(found)
@@ -255,6 +256,7 @@ impl AcrossRuns {
             held_out.estimates.append(&mut part.estimates);
             held_out.errors.append(&mut part.errors);
             held_out.deviations.append(&mut part.deviations);
+            held_out.noises.append(&mut part.noises);
         }
         let mut squares = Vec::new();
         for (number, run) in readings.iter().enumerate() {
@@ -266,7 +268,8 @@ impl AcrossRuns {
             }
         }
         let replayed = mean(&squares).sqrt();
-        let judged = widened(self.map, held_out, self.options, runs.len());
+        let seen = (runs.len(), self.blocks);
+        let judged = widened(self.map, held_out, self.options, seen);
         Ok(Self {
             without_memory: self.without_memory,
             tried: self.tried,
@@ -298,39 +301,102 @@ fn squares(held_out: &HeldOutForce) -> Vec<f64> {
     squares
 }
 
-/// The map with the deviations that runs ask for.
+/// Held-out errors, divided into the differences between runs and the rest within each.
 ///
 /// A new body settles in its first run, and none that follows does it again: where there are
 /// several, the errors within a run are those of the later ones. A map of all runs errs by less
-/// than one that has seen one less, as their mean does.
+/// than one that has seen one less, as their mean does; but for what blocks of time err by, too:
+/// more runs do not take that away.
+pub(super) struct Divided {
+    runs: usize,
+    /// Mean square of the errors of blocks of time.
+    blocks: f64,
+    /// Offset and gain of each run; none with one run.
+    lines: Vec<[f64; 2]>,
+    rest: Vec<f64>,
+    /// The first row of the later runs.
+    later: usize,
+}
+
+/// Held-out rows that tell the errors within a run.
+pub(super) struct Within<'a> {
+    pub(super) estimates: &'a [f64],
+    pub(super) errors: &'a [f64],
+    pub(super) deviations: &'a [f64],
+}
+
+impl Divided {
+    pub(super) fn of(held_out: &HeldOutForce, (runs, blocks): (usize, f64)) -> Self {
+        let (lines, rest) = if runs > 1 {
+            split(held_out, runs)
+        } else {
+            (Vec::new(), held_out.errors.clone())
+        };
+        Self {
+            runs,
+            blocks,
+            lines,
+            rest,
+            later: held_out.runs.partition_point(|run| runs > 1 && *run == 0),
+        }
+    }
+
+    pub(super) fn within<'a>(&'a self, held_out: &'a HeldOutForce) -> Within<'a> {
+        Within {
+            estimates: &held_out.estimates[self.later..],
+            errors: &self.rest[self.later..],
+            deviations: &held_out.deviations[self.later..],
+        }
+    }
+
+    /// Differences of a run that was held out; none of blocks of the only one.
+    pub(super) fn of_held_out(&self, peak: f64) -> BetweenRuns {
+        if self.runs > 1 {
+            between_runs(&self.lines, peak, self.runs - 1)
+        } else {
+            BetweenRuns::default()
+        }
+    }
+
+    /// Differences of the next run.
+    pub(super) fn of_next(&self, peak: f64) -> BetweenRuns {
+        between_runs(&self.lines, peak, self.runs)
+    }
+
+    /// Factor on the deviations within a run for `ridge`, the map of all runs: those of the maps that
+    /// were held out have another noise, as the prior weighs more beside fewer rows.
+    pub(super) fn of_all(&self, held_out: &HeldOutForce, ridge: &Ridge) -> f64 {
+        let errors = &self.rest[self.later..];
+        let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
+        let (own, stays) = (mean(&squares), self.blocks.min(mean(&squares)));
+        if self.runs > 1 && own > 0.0 {
+            let share = of_mean(self.runs) / of_mean(self.runs - 1);
+            let noise = mean(&held_out.noises[self.later..]) / ridge.noise_variance().sqrt();
+            noise * ((stays + share * (own - stays)) / own).sqrt()
+        } else {
+            1.0
+        }
+    }
+}
+
+/// The map with the deviations that runs ask for.
 fn widened(
     mut map: ForceMap,
     mut held_out: HeldOutForce,
     options: ForceOptions,
-    runs: usize,
+    seen: (usize, f64),
 ) -> AcrossRuns {
-    let (lines, rest) = if runs > 1 {
-        split(&held_out, runs)
-    } else {
-        (Vec::new(), held_out.errors.clone())
-    };
-    let later = held_out.runs.partition_point(|run| runs > 1 && *run == 0);
-    map.intervals = intervals_of(
-        &held_out.estimates[later..],
-        &rest[later..],
-        &held_out.deviations[later..],
-    );
-    if runs > 1 {
-        map.between_runs = between_runs(&lines, map.range[1], runs - 1);
-    }
+    let divided = Divided::of(&held_out, seen);
+    let within = divided.within(&held_out);
+    map.intervals = intervals_of(within.estimates, within.errors, within.deviations);
+    map.between_runs = divided.of_held_out(map.range[1]);
     for (deviation, estimate) in held_out.deviations.iter_mut().zip(&held_out.estimates) {
         *deviation = map.deviation(*estimate, deviation.powi(2));
     }
-    map.between_runs = between_runs(&lines, map.range[1], runs);
-    if runs > 1 {
-        let share = (of_mean(runs) / of_mean(runs - 1)).sqrt();
-        let factors = map.intervals.factors.iter_mut();
-        factors.for_each(|factor| *factor *= share);
+    map.between_runs = divided.of_next(map.range[1]);
+    let share = divided.of_all(&held_out, &map.ridge);
+    for factor in &mut map.intervals.factors {
+        *factor *= share;
     }
     AcrossRuns {
         map,
@@ -340,10 +406,11 @@ fn widened(
         tried: Vec::new(),
         certainty: f64::NAN,
         replayed: f64::NAN,
+        blocks: seen.1,
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 

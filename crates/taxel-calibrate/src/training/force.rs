@@ -2,8 +2,8 @@
 
 use faer::{Mat, Side};
 use taxel::trained::{
-    BetweenRuns, Component, ComponentMap, FeatureStream, ForceMap, Intervals, MemoryLaw, Mixed,
-    Moments, Polynomial, Ridge, Standard, TrainingError,
+    BetweenRuns, FeatureStream, ForceMap, Intervals, MemoryLaw, Mixed, Moments, Polynomial, Ridge,
+    Standard, TrainingError,
 };
 
 use super::{Score, Series, Session, blocks_of_time, interval_factor};
@@ -84,7 +84,27 @@ pub struct HeldOutForce {
     pub errors: Vec<f64>,
     /// Deviation of the estimate, N.
     pub deviations: Vec<f64>,
+    /// Deviation of one observation by the map that made it, N.
+    pub(super) noises: Vec<f64>,
     leverage: f64,
+}
+
+impl HeldOutForce {
+    /// Appends the estimate of a reading with its deviation, by a map of this noise.
+    pub(super) fn push(
+        &mut self,
+        run: usize,
+        [time, reading]: [f64; 2],
+        [value, deviation]: [f64; 2],
+        noise: f64,
+    ) {
+        self.runs.push(run);
+        self.times.push(time);
+        self.estimates.push(value);
+        self.errors.push(value - reading);
+        self.deviations.push(deviation);
+        self.noises.push(noise);
+    }
 }
 
 /// A leverage this much above the largest that was seen when held out is outside.
@@ -218,7 +238,7 @@ pub fn features_of(map: &ForceMap, run: &Session) -> Result<TrainingRun, Trainin
 }
 
 /// The same at the times of the readings of one component.
-fn features_at(
+pub(super) fn features_at(
     map: &ForceMap,
     run: &Session,
     readings: Option<&Series>,
@@ -379,86 +399,14 @@ fn fit(
         let run = &runs[block.run];
         for row in block.rows.clone() {
             let (estimate, variance, leverage) = map.raw(&run.features[row]);
-            held_out.runs.push(block.run);
-            held_out.times.push(run.times[row]);
-            held_out.estimates.push(estimate);
-            held_out.errors.push(estimate - run.force[row]);
-            held_out.deviations.push(variance.sqrt());
+            let found = [estimate, variance.sqrt()];
+            let noise = map.ridge.noise_variance().sqrt();
+            held_out.push(block.run, [run.times[row], run.force[row]], found, noise);
             held_out.leverage = held_out.leverage.max(leverage);
         }
     }
     map.ridge = options.ridge(&all, map)?;
     Ok(held_out)
-}
-
-/// Held-out errors of a component, with its map.
-#[derive(Debug, Clone)]
-pub struct TrainedComponent {
-    /// The map.
-    pub map: ComponentMap,
-    /// Errors of the readings, each from a map without their block or run, SI.
-    pub errors: Vec<f64>,
-    /// Deviations of those estimates, SI.
-    pub deviations: Vec<f64>,
-    /// Largest reading, SI.
-    pub largest: f64,
-}
-
-/// Trains the other components of the runs on the features of `map`, the map of their pressing
-/// force, with its options; whole runs are held out in turn, or blocks of the only one.
-///
-/// # Errors
-/// [`TrainingError`].
-pub fn trained_components(
-    map: &ForceMap,
-    runs: &[Session],
-    options: &ForceOptions,
-) -> Result<Vec<TrainedComponent>, TrainingError> {
-    let mut found = Vec::new();
-    for component in Component::ALL {
-        let of = |run: &Session| -> Option<Series> {
-            let all = run.components.iter();
-            let mut own = all.filter(|(other, _)| *other == component);
-            own.next().map(|(_, series)| series.clone())
-        };
-        let readings: Vec<TrainingRun> = runs
-            .iter()
-            .filter_map(|run| of(run).map(|series| features_at(map, run, Some(&series))))
-            .collect::<Result<_, _>>()?;
-        if readings.is_empty() {
-            continue;
-        }
-        let blocks = blocks_of(&readings, options);
-        let parts = moments_of(&readings, &blocks)?;
-        let all = moments_of_all(&parts)?;
-        let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-        for (number, block) in blocks.iter().enumerate() {
-            let Some(known) = known_before(&blocks, &parts, &all, number) else {
-                continue;
-            };
-            let ridge = options.ridge(&known, map)?;
-            let run = &readings[block.run];
-            for row in block.rows.clone() {
-                let features = &run.features[row];
-                errors.push(ridge.mean(features) - run.force[row]);
-                let variance = ridge.noise_variance() * (1.0 + ridge.leverage(features));
-                deviations.push(variance.sqrt());
-            }
-        }
-        let forces = readings.iter().flat_map(|run| &run.force);
-        let interval_factor = interval_factor(&errors, &deviations);
-        found.push(TrainedComponent {
-            largest: forces.fold(0.0, |most: f64, force| most.max(force.abs())),
-            map: ComponentMap {
-                component,
-                ridge: options.ridge(&all, map)?,
-                interval_factor,
-            },
-            deviations: deviations.iter().map(|one| interval_factor * one).collect(),
-            errors,
-        });
-    }
-    Ok(found)
 }
 
 /// Ranges of equal numbers of held-out estimates.

@@ -8,6 +8,7 @@
 mod across;
 mod blocks;
 mod compare;
+mod components;
 mod force;
 mod nearest;
 mod network;
@@ -21,10 +22,8 @@ mod session;
 pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
 pub use compare::{Compared, compared_forces, compared_places};
-pub use force::{
-    ForceOptions, HeldOutForce, TrainedComponent, TrainingRun, features_of, train_force,
-    trained_components,
-};
+pub use components::{TrainedComponent, trained_components};
+pub use force::{ForceOptions, HeldOutForce, TrainingRun, features_of, train_force};
 pub use nearest::Nearest;
 pub(crate) use position::{HELD_OUT, trained_position};
 pub use position::{PositionOptions, train_position};

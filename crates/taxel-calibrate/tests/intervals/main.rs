@@ -10,6 +10,8 @@
 
 mod benches;
 mod positions;
+#[path = "../tables/mod.rs"]
+mod tables;
 mod tally;
 mod trained;
 

@@ -159,10 +159,14 @@ impl Known {
     /// A frame later; rates change to others of the variance `usual`.
     fn later(self, pace: &Pace, usual: f64) -> Self {
         let (step, forgotten) = (pace.elapsed, 1.0 - pace.steady * pace.steady);
+        let level = self.level + step * (2.0 * self.both + step * self.rate);
+        let rate = self.rate + forgotten * (usual - self.rate);
+        // A rate that is forgotten takes what it shares with the level along.
+        let most = (level * rate).sqrt();
         Self {
-            level: self.level + step * (2.0 * self.both + step * self.rate),
-            both: self.both + step * self.rate,
-            rate: self.rate + forgotten * (usual - self.rate),
+            level,
+            both: (self.both + step * self.rate).min(most),
+            rate,
         }
     }
 

@@ -14,8 +14,8 @@ use super::{ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
-    CONTRADICTS, Component, Estimate, ForceEstimator, PositionEstimate, PositionEstimator,
-    RelationWatch, Support, TrainedMaps, TrainingError,
+    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PositionEstimate,
+    PositionEstimator, RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
 /// The area that can be touched, in cells; its middle is the origin.
@@ -92,9 +92,16 @@ pub struct TrainedReader {
     values: Vec<f64>,
     /// Standard deviation of those.
     replaced: Vec<f64>,
+    /// Standard deviation of what is left of the drift of each channel.
+    drifted: Vec<f64>,
+    /// Force of the empty body for a drift of every channel by its deviation, N; `NaN` before it was
+    /// looked at.
+    per_drift: f64,
     watch: Option<RelationWatch>,
     /// True once the rest of the device was captured.
     rested: bool,
+    /// Frames of the rest capture under way, and of the last one that came to its end.
+    captured: [usize; 2],
     /// For how long nothing has touched for sure, s.
     free_for: f64,
     /// The last frames: time, s, and readings.
@@ -104,6 +111,8 @@ pub struct TrainedReader {
     occupied: Vec<bool>,
     /// Doubts about the zero of the force and of its other components.
     doubts: Vec<ZeroDoubt>,
+    /// Those about the rest of each channel, of a body that does not creep.
+    of_channels: Vec<ZeroDoubt>,
     found: Found,
 }
 
@@ -163,12 +172,16 @@ impl TrainedReader {
             masked: vec![false; area.rows * area.columns],
             values: vec![f64::NAN; channels],
             replaced: vec![0.0; channels],
+            drifted: vec![0.0; channels],
+            per_drift: f64::NAN,
             watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
             rested: false,
+            captured: [0; 2],
             free_for: 0.0,
             recent: VecDeque::with_capacity(KEPT),
             occupied: vec![false; channels],
             doubts: doubts(&maps),
+            of_channels: vec![ZeroDoubt::default(); channels],
             meaning: meaning(&maps, &area, names, reading, full_scale),
             position: maps
                 .position
@@ -285,14 +298,6 @@ impl TrainedReader {
         let values = &self.values;
         let force = self.force.as_mut().map(|force| force.push(time, values));
         let mut force = force.transpose()?;
-        if let (Some(estimate), Some(map)) = (&mut force, &self.force) {
-            for (channel, deviation) in self.replaced.iter().enumerate() {
-                if *deviation > 0.0 {
-                    let change = map.sensitivity(channel, *deviation);
-                    estimate.deviation = estimate.deviation.hypot(change);
-                }
-            }
-        }
         let mut components = self
             .force
             .as_ref()
@@ -302,11 +307,15 @@ impl TrainedReader {
             .as_mut()
             .map(|force| self.doubt(force, &mut components))
             .unwrap_or_default();
-        let position = self.position.as_mut().map(|map| map.estimate(values));
+        let open = self.replaced.iter().zip(&self.drifted);
+        let open: Vec<f64> = open
+            .map(|(replaced, drift)| replaced.hypot(*drift))
+            .collect();
+        let position = self.position.as_mut();
         // A frame unlike all training indentations determines no position.
         let position = position
+            .map(|map| map.estimate_open(values, &open))
             .transpose()?
-            .map(|position| widened(position, self.position.as_mut(), values, &self.replaced))
             .filter(|position| position.support == Support::Trained);
         // What a doubt hides is no more than a deviation: else it would grow by the touches it hides.
         let known = stated
@@ -344,31 +353,89 @@ impl TrainedReader {
                 .all(|(_, [value, deviation])| value.abs() < CONTACT_DEVIATIONS * deviation)
     }
 
-    /// Widens the deviations of force and components by the doubts about their zeros; returns
-    /// what was stated without them, the force as the map gives it.
+    /// Widens the deviations of force and components by what is open about the readings, and by the
+    /// doubts about their zeros; returns what was stated without drift and doubts, the force as the
+    /// map gives it.
     fn doubt(
         &self,
         force: &mut Estimate,
         components: &mut [(Component, [f64; 2])],
     ) -> Vec<[f64; 2]> {
-        let value = self
-            .force
-            .as_ref()
-            .map_or(force.value, ForceEstimator::unbounded);
-        let mut stated = vec![[value, force.deviation]];
+        let mut stated = vec![[force.value, force.deviation]];
         stated.extend(components.iter().map(|(_, estimate)| *estimate));
+        let mut drift = vec![0.0; stated.len()];
+        if let Some(map) = &self.force {
+            stated[0][0] = map.unbounded();
+            let open = self.replaced.iter().chain(&self.drifted);
+            if open.clone().any(|deviation| *deviation > 0.0) {
+                for (number, slopes) in map.slopes().enumerate() {
+                    let of = |deviations: &[f64], slope: fn(&ChannelSlope) -> f64| {
+                        let terms = slopes.iter().map(slope).zip(deviations);
+                        let squares = terms.map(|(slope, deviation)| (slope * deviation).powi(2));
+                        squares.sum::<f64>().sqrt()
+                    };
+                    let [_, deviation] = &mut stated[number];
+                    *deviation = deviation.hypot(of(&self.replaced, |slope| slope.fast));
+                    if !self.creeps() {
+                        drift[number] = of(&self.drifted, |slope| slope.slow);
+                    }
+                }
+            }
+        }
         let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
         let deviations = std::iter::once(&mut force.deviation).chain(deviations);
-        for (deviation, doubt) in deviations.zip(&self.doubts) {
-            *deviation = deviation.hypot(doubt.deviation());
+        let known = stated.iter().zip(drift).zip(&self.doubts);
+        for (deviation, (([_, stated], drift), doubt)) in deviations.zip(known) {
+            *deviation = stated.hypot(drift).hypot(doubt.deviation());
         }
         stated
+    }
+
+    /// True if the body creeps so long after a contact that the baseline is held meanwhile.
+    fn creeps(&self) -> bool {
+        self.maps
+            .rest
+            .as_ref()
+            .is_some_and(|rest| rest.recovery > 0.0)
+    }
+
+    /// Finds what is left of the drift of each channel: what the baseline does not know of it and what
+    /// the channel shows of it in pauses; or, where creep would hide a drift from both, a drift of all
+    /// channels by as many of their deviations as explains what the force shows in pauses.
+    fn find_drift(&mut self, known: &Known<'_>) {
+        let Some(rest) = &self.maps.rest else {
+            return;
+        };
+        let doubt = self.doubts.first().map_or(0.0, ZeroDoubt::deviation);
+        let share = doubt / self.per_drift;
+        let creeps = rest.recovery > 0.0;
+        // The rest that the drift counts from is a mean of so many readings.
+        let frames = self.captured[1].max(1) as f64;
+        for (channel, (drifted, own)) in self.drifted.iter_mut().zip(&rest.deviation).enumerate() {
+            *drifted = if creeps {
+                Some(share * own)
+                    .filter(|drift| drift.is_finite())
+                    .unwrap_or(0.0)
+            } else if self.rested {
+                let variance = known.drift_variance(channel) + own * own / frames;
+                variance.sqrt().hypot(self.of_channels[channel].deviation())
+            } else {
+                known.drift_variance(channel).sqrt()
+            };
+        }
     }
 
     /// What a frame, `free` of contacts or not, says of the zero.
     fn look_at_zero(&mut self, elapsed: f64, free: bool) {
         if let Some(watch) = self.watch.as_mut().filter(|_| free && self.rested) {
             watch.follow(elapsed);
+        }
+        if let Some(rest) = self.maps.rest.as_ref().filter(|_| self.rested) {
+            let channels = self.of_channels.iter_mut().zip(&self.values);
+            let at_rest = self.rest.iter().zip(&rest.deviation);
+            for ((doubt, value), (rest, deviation)) in channels.zip(at_rest) {
+                doubt.push(elapsed, free.then_some([value - rest, *deviation]));
+            }
         }
         let mut force = None;
         let stated = self.found.stated.iter();
@@ -386,21 +453,28 @@ impl TrainedReader {
     /// Takes a share of the force that the empty body shows, N, off the readings: the least drift,
     /// in deviations of the channels, that explains it.
     fn take_off(&mut self, force: f64) {
-        let (Some(rest), Some(map), Some(watch)) = (&self.maps.rest, &self.force, &mut self.watch)
-        else {
+        let (Some(rest), Some(map)) = (&self.maps.rest, &self.force) else {
+            return;
+        };
+        let Some(all) = map.slopes().next() else {
             return;
         };
         // For a change of each channel by its deviation, N.
-        let deviations = rest.deviation.iter().enumerate();
-        let slopes: Vec<f64> = deviations
-            .map(|(channel, deviation)| map.slow_sensitivity(channel, *deviation))
+        let slopes = all.iter().zip(&rest.deviation);
+        let slopes: Vec<f64> = slopes
+            .map(|(slope, deviation)| slope.slow * deviation)
             .collect();
         let square: f64 = slopes.iter().map(|slope| slope * slope).sum();
+        if square <= 0.0 {
+            return;
+        }
+        self.per_drift = square.sqrt();
+        let Some(watch) = &mut self.watch else {
+            return;
+        };
         let share = 1.0 - (-MEAN / FOLLOW).exp();
-        if square > 0.0 {
-            for (channel, (slope, deviation)) in slopes.iter().zip(&rest.deviation).enumerate() {
-                watch.take_off(channel, share * force * slope / square * deviation);
-            }
+        for (channel, (slope, deviation)) in slopes.iter().zip(&rest.deviation).enumerate() {
+            watch.take_off(channel, share * force * slope / square * deviation);
         }
     }
 
@@ -548,7 +622,13 @@ impl Reader for TrainedReader {
                 f64::NAN
             };
         }
+        self.captured[0] = if known.capturing {
+            self.captured[0] + 1
+        } else {
+            0
+        };
         self.watch(known, channels);
+        self.find_drift(known);
         if self.force.is_some() {
             self.remember(touch.time_ns as f64 * 1e-9);
         }
@@ -645,7 +725,11 @@ impl Reader for TrainedReader {
             *own = if rest.is_nan() { *trained } else { *rest };
         }
         self.rested = rest.iter().any(|rest| rest.is_finite());
+        if self.captured[0] > 0 {
+            self.captured[1] = self.captured[0];
+        }
         self.doubts = doubts(&self.maps);
+        self.of_channels.fill(ZeroDoubt::default());
         if let Some(watch) = &mut self.watch {
             watch.forget_drift();
         }
@@ -661,36 +745,6 @@ impl Reader for TrainedReader {
             }
         }
     }
-}
-
-/// The estimate with what the readings that were replaced leave open.
-fn widened(
-    mut position: PositionEstimate,
-    map: Option<&mut PositionEstimator>,
-    values: &[f64],
-    replaced: &[f64],
-) -> PositionEstimate {
-    let Some(map) = map else { return position };
-    for (channel, deviation) in replaced.iter().enumerate() {
-        if *deviation <= 0.0 {
-            continue;
-        }
-        let mut moved = values.to_vec();
-        moved[channel] += deviation;
-        let Ok(other) = map.estimate(&moved) else {
-            continue;
-        };
-        let change = [0, 1].map(|axis| other.position[axis] - position.position[axis]);
-        for (i, row) in position.covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry += change[i] * change[j];
-            }
-        }
-        if let (Some([depth, spread]), Some([other, _])) = (&mut position.depth, other.depth) {
-            *spread = spread.hypot(other - *depth);
-        }
-    }
-    position
 }
 
 /// Facts of the channels: the noise where nothing pressed in training.

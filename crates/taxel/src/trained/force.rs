@@ -103,8 +103,18 @@ pub struct ComponentMap {
     pub component: Component,
     /// Component from features, SI.
     pub ridge: Ridge,
-    /// Factor on its deviation, from held-out errors.
+    /// Factor on its deviation within a run, from held-out errors.
     pub interval_factor: f64,
+    /// Differences between runs; files of before 2026-11-27 have none.
+    #[serde(default)]
+    pub between_runs: BetweenRuns,
+}
+
+impl ComponentMap {
+    /// Deviation of an estimate, whose deviation within its run is `deviation` before the factor.
+    pub fn deviation(&self, estimate: f64, deviation: f64) -> f64 {
+        (self.interval_factor * deviation).hypot(self.between_runs.at(estimate))
+    }
 }
 
 /// Products of what the whole body shows and what it did lately: creep depends on the load.
@@ -143,17 +153,24 @@ impl Mixed {
         }
     }
 
-    /// By how much Σ wₖ fₖ of the features changes with the creep of each channel, into the rows
-    /// of `slopes`, one for each creep time.
+    /// By how much Σ wₖ fₖ of the features changes with each channel and with its creep, added to
+    /// the rows of `slopes`: the channels, then one for each creep time.
     fn slopes(&self, weights: &[f64], linear: &[f64], slopes: &mut [f64]) {
         let count = self.directions.len();
+        let width = self.directions.first().map_or(0, Vec::len);
         let now: Vec<f64> = self.along(linear, 0).collect();
+        let mut add = |row: usize, direction: &[f64], slope: f64| {
+            let row = slopes[row * width..][..width].iter_mut().zip(direction);
+            row.for_each(|(sum, share)| *sum += slope * share);
+        };
         for (time, weights) in self.times.iter().zip(weights.chunks(count.pow(2).max(1))) {
-            for (direction, weights) in self.directions.iter().zip(weights.chunks(count)) {
-                let slope = dot(&now, weights);
-                let row = &mut slopes[time * direction.len()..][..direction.len()];
-                let row = row.iter_mut().zip(direction);
-                row.for_each(|(sum, share)| *sum += slope * share);
+            let creep = self.along(linear, (time + 1) * width);
+            let rows = self.directions.iter().zip(weights.chunks(count)).zip(creep);
+            for ((direction, weights), creep) in rows {
+                add(time + 1, direction, dot(&now, weights));
+                for (direction, weight) in self.directions.iter().zip(weights) {
+                    add(0, direction, weight * creep);
+                }
             }
         }
     }
@@ -235,9 +252,12 @@ impl ForceMap {
             (self.largest_leverage > 0.0, "largest_leverage"),
             (positive(&[self.longest_step]), "longest_step"),
             (
-                self.components
-                    .iter()
-                    .all(|map| map.ridge.is_sound(features) && positive(&[map.interval_factor])),
+                self.components.iter().all(|map| {
+                    let between = [map.between_runs.offset, map.between_runs.gain];
+                    map.ridge.is_sound(features)
+                        && positive(&[map.interval_factor])
+                        && positive(&between)
+                }),
                 "components",
             ),
         ] {
@@ -276,11 +296,16 @@ impl ForceMap {
         features
     }
 
-    /// By how much the estimate changes with each memory feature.
-    fn memory_slopes(&self, linear: &[f64]) -> Vec<f64> {
-        let weights = &self.ridge.weights()[self.products()..];
-        let (memory, mixed) = weights.split_at(weights.len() - self.mixed.count());
-        let mut slopes = memory.to_vec();
+    /// By how much a map of the features changes with each channel, then with each memory feature.
+    fn slopes(&self, ridge: &Ridge, linear: &[f64]) -> Vec<f64> {
+        let width = self.standard.used.len();
+        let (products, others) = ridge.weights().split_at(self.products());
+        let (memory, mixed) = others.split_at(others.len() - self.mixed.count());
+        let mut slopes = vec![0.0; width];
+        slopes.extend_from_slice(memory);
+        let (channels, _) = linear.split_at(width);
+        self.polynomial
+            .slopes(products, channels, &mut slopes[..width]);
         self.mixed.slopes(mixed, linear, &mut slopes);
         slopes
     }
@@ -384,6 +409,15 @@ impl FeatureStream {
     }
 }
 
+/// By how much an estimate changes with the reading of a channel.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ChannelSlope {
+    /// With one that came so slowly that creep has followed it.
+    pub slow: f64,
+    /// With one that came at once.
+    pub fast: f64,
+}
+
 /// Frames to forces, in real time.
 #[derive(Debug, Clone)]
 pub struct ForceEstimator {
@@ -422,9 +456,12 @@ impl ForceEstimator {
         self.features = self.map.complete(&self.stream.linear);
         let mut estimate = self.map.estimate(&self.features);
         let unknown = self.stream.memory.unknown(&self.map.memory_spread);
-        let memory = self.map.memory_slopes(&self.stream.linear);
-        let terms = unknown.iter().zip(&memory).map(|(u, w)| (u * w).powi(2));
-        estimate.deviation = estimate.deviation.hypot(terms.sum::<f64>().sqrt());
+        if unknown.iter().any(|unknown| *unknown > 0.0) {
+            let slopes = self.map.slopes(&self.map.ridge, &self.stream.linear);
+            let memory = &slopes[self.map.standard.used.len()..];
+            let terms = unknown.iter().zip(memory).map(|(u, w)| (u * w).powi(2));
+            estimate.deviation = estimate.deviation.hypot(terms.sum::<f64>().sqrt());
+        }
         Ok(estimate)
     }
 
@@ -439,7 +476,7 @@ impl ForceEstimator {
             let leverage = map.ridge.leverage(features);
             let deviation = (map.ridge.noise_variance() * (1.0 + leverage)).sqrt();
             let value = map.ridge.mean(features);
-            (map.component, [value, map.interval_factor * deviation])
+            (map.component, [value, map.deviation(value, deviation)])
         };
         maps.iter().map(estimate).collect()
     }
@@ -449,32 +486,32 @@ impl ForceEstimator {
         self.map.ridge.mean(&self.features)
     }
 
-    /// By how much the last estimate changes with the reading of `channel` by `change`, N.
-    pub fn sensitivity(&self, channel: usize, change: f64) -> f64 {
-        self.changed(channel, change, self.map.memory.creep_times.len())
+    /// By how much the last estimate, then each other component, changes with the reading of each
+    /// channel, SI per unit of a reading.
+    pub fn slopes(&self) -> impl Iterator<Item = Vec<ChannelSlope>> + '_ {
+        let others = self.map.components.iter().map(|map| &map.ridge);
+        let ridges = std::iter::once(&self.map.ridge).chain(others);
+        ridges.map(|ridge| self.slopes_of(ridge))
     }
 
-    /// The same by a change that came so slowly that creep has followed it.
-    pub fn slow_sensitivity(&self, channel: usize, change: f64) -> f64 {
-        self.changed(channel, change, 0)
-    }
-
-    /// By how much the estimate changes with a channel itself, and with its distance from what it
-    /// was for so many of the creep times.
-    fn changed(&self, channel: usize, change: f64, times: usize) -> f64 {
+    fn slopes_of(&self, ridge: &Ridge) -> Vec<ChannelSlope> {
         let standard = &self.map.standard;
-        let Some(at) = standard.used.iter().position(|used| *used == channel) else {
-            return 0.0;
-        };
-        let mut linear = self.stream.linear.clone();
-        let slope = self.stream.slopes.get(channel).copied().unwrap_or(1.0);
-        let width = standard.used.len();
-        for time in 0..=times {
-            if let Some(feature) = linear.get_mut(time * width + at) {
-                *feature += slope * change / standard.scale[at];
-            }
+        let mut found = vec![ChannelSlope::default(); standard.channels];
+        if self.stream.linear.is_empty() {
+            return found;
         }
-        self.map.ridge.mean(&self.map.complete(&linear)) - self.unbounded()
+        let slopes = self.map.slopes(ridge, &self.stream.linear);
+        let width = standard.used.len();
+        let times = self.map.memory.creep_times.len();
+        for (at, (channel, scale)) in standard.used.iter().zip(&standard.scale).enumerate() {
+            let per_reading = self.stream.slopes[*channel] / scale;
+            let creep: f64 = (1..=times).map(|time| slopes[time * width + at]).sum();
+            found[*channel] = ChannelSlope {
+                slow: per_reading * slopes[at],
+                fast: per_reading * (slopes[at] + creep),
+            };
+        }
+        found
     }
 
     /// The map.

@@ -27,7 +27,8 @@ mod ridge;
 mod surface;
 
 pub use force::{
-    BetweenRuns, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap, Intervals, Mixed,
+    BetweenRuns, ChannelSlope, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap,
+    Intervals, Mixed,
 };
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;

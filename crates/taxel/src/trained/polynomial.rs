@@ -128,11 +128,67 @@ impl Polynomial {
             }
         }
     }
+
+    /// By how much Σ wₖ fₖ of the features changes with each input, added to `slopes`.
+    pub(super) fn slopes(self, weights: &[f64], inputs: &[f64], slopes: &mut [f64]) {
+        let mut weights = weights.iter().skip(1);
+        for (slope, weight) in slopes.iter_mut().zip(weights.by_ref().take(inputs.len())) {
+            *slope += weight;
+        }
+        for (i, a) in inputs.iter().enumerate() {
+            if self.degree < 2 {
+                break;
+            }
+            let mut along = 0.0;
+            for (j, b) in inputs.iter().enumerate().skip(i) {
+                let weight = weights.next().unwrap_or(&0.0);
+                along += weight * b;
+                slopes[j] += weight * a;
+                if self.degree > 2 {
+                    for (k, c) in inputs.iter().enumerate().skip(j) {
+                        let weight = weights.next().unwrap_or(&0.0);
+                        along += weight * b * c;
+                        slopes[j] += weight * a * c;
+                        slopes[k] += weight * a * b;
+                    }
+                }
+            }
+            slopes[i] += along;
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taxel_numerics::dense::dot;
+
+    #[test]
+    fn slopes_are_those_of_the_sum() {
+        let inputs = [0.3, -1.2, 0.8, 2.0];
+        for degree in 1..=3 {
+            let polynomial = Polynomial { degree };
+            let expanded = |inputs: &[f64]| {
+                let mut features = Vec::new();
+                polynomial.expand(inputs, &mut features);
+                features
+            };
+            let count = expanded(&inputs).len();
+            let weights: Vec<f64> = (0..count).map(|k| (k as f64).cos()).collect();
+            let mut slopes = [0.0; 4];
+            polynomial.slopes(&weights, &inputs, &mut slopes);
+            for (input, slope) in slopes.into_iter().enumerate() {
+                let at = |off: f64| {
+                    let mut moved = inputs;
+                    moved[input] += off;
+                    dot(&weights, &expanded(&moved))
+                };
+                let step = 1e-5;
+                let expected = (at(step) - at(-step)) / (2.0 * step);
+                assert!((slope - expected).abs() < 1e-8, "{slope} {expected}");
+            }
+        }
+    }
 
     #[test]
     fn products_are_counted_once() {

@@ -12,6 +12,7 @@ use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::{Standard, Support, Surface, TrainingError};
+use taxel_numerics::dense::dot3;
 
 /// A trained map from channels to position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -195,6 +196,19 @@ impl PositionEstimator {
     /// # Errors
     /// [`TrainingError`] for a frame of another length or with a missing reading.
     pub fn estimate(&mut self, frame: &[f64]) -> Result<PositionEstimate, TrainingError> {
+        self.estimate_open(frame, &[])
+    }
+
+    /// The same of readings that are open by these standard deviations, in their unit, beyond what
+    /// those of training were: they widen the estimate through the slopes of the map.
+    ///
+    /// # Errors
+    /// As [`Self::estimate`].
+    pub fn estimate_open(
+        &mut self,
+        frame: &[f64],
+        open: &[f64],
+    ) -> Result<PositionEstimate, TrainingError> {
         let white = whiten(&self.map.whitening, &self.map.standard.apply(frame)?);
         let mut position = self.nearest_node(&padded(&white));
         let mut misfit = self.misfit(&white, position);
@@ -213,7 +227,8 @@ impl PositionEstimator {
             (position, misfit) = (next, lower);
         }
         let (_, normal) = self.normal(&white);
-        Ok(self.judged(position, normal, misfit))
+        let opened = self.opened(normal, open);
+        Ok(self.judged(position, normal, misfit, opened))
     }
 
     /// The node whose answer is nearest to a frame.
@@ -274,28 +289,80 @@ impl PositionEstimator {
         None
     }
 
-    /// The estimate with its covariance: that of the noise, grown by the misfit.
-    fn judged(&self, position: [f64; 3], normal: [[f64; 3]; 3], misfit: f64) -> PositionEstimate {
+    /// Length of the box along an axis, m.
+    fn size(&self, axis: usize) -> f64 {
+        let surface = &self.map.surface;
+        surface.step[axis] * surface.intervals[axis].max(1) as f64
+    }
+
+    /// What is known of a position, which is never less than that it lies in the box.
+    fn within_the_box(&self, mut known: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        for (axis, row) in known.iter_mut().enumerate() {
+            row[axis] += self.size(axis).powi(-2);
+        }
+        known
+    }
+
+    /// Covariance of the position by readings that are open by these deviations, where the answer
+    /// was last evaluated: G diag(open²) Gᵀ with G = (JᵀJ)⁻¹ Jᵀ L⁻¹ by the readings.
+    fn opened(&self, normal: [[f64; 3]; 3], open: &[f64]) -> [[f64; 3]; 3] {
+        let mut covariance = [[0.0; 3]; 3];
+        if open.iter().all(|deviation| *deviation <= 0.0) {
+            return covariance;
+        }
+        let width = self.value.len();
+        let mut slopes = vec![[0.0; 3]; width];
+        let mut rest = &self.map.whitening[..];
+        for function in 0..width {
+            let (row, others) = rest.split_at(function + 1);
+            rest = others;
+            let along = [0, 1, 2].map(|axis: usize| self.slopes[axis][function]);
+            for (slopes, entry) in slopes.iter_mut().zip(row) {
+                for (slope, along) in slopes.iter_mut().zip(along) {
+                    *slope += along * entry;
+                }
+            }
+        }
+        let inverse = inverse(&self.within_the_box(normal));
+        let standard = &self.map.standard;
+        let channels = standard.used.iter().zip(&standard.scale);
+        for ((channel, scale), slopes) in channels.zip(slopes) {
+            let deviation = open.get(*channel).copied().unwrap_or(0.0) / scale;
+            let moved = inverse.map(|row| deviation * dot3(row, slopes));
+            for (row, a) in covariance.iter_mut().zip(moved) {
+                for (entry, b) in row.iter_mut().zip(moved) {
+                    *entry += a * b;
+                }
+            }
+        }
+        covariance
+    }
+
+    /// The estimate with its covariance: that of the noise, grown by the misfit, and that of
+    /// readings that are open.
+    fn judged(
+        &self,
+        position: [f64; 3],
+        normal: [[f64; 3]; 3],
+        misfit: f64,
+        opened: [[f64; 3]; 3],
+    ) -> PositionEstimate {
         let surface = &self.map.surface;
         let unknowns = if surface.is_deep() { 3 } else { 2 };
         let freedom = surface.width.saturating_sub(unknowns).max(1) as f64;
         let growth = (misfit / freedom).max(1.0);
         let plane = self.map.interval_factor.powi(2);
-        let mut known = normal.map(|row| row.map(|n| n / (growth * plane)));
-        let size = [0, 1, 2].map(|a| surface.step[a] * surface.intervals[a].max(1) as f64);
-        for (axis, row) in known.iter_mut().enumerate() {
-            // Nothing is known worse than by the size of the box.
-            row[axis] += size[axis].powi(-2);
-        }
-        let covariance = inverse(&known);
+        let known = normal.map(|row| row.map(|n| n / (growth * plane)));
+        let covariance = inverse(&self.within_the_box(known));
         let [x, y, z] = position;
         let along = self.map.depth_factor / self.map.interval_factor;
         PositionEstimate {
             position: [x, y],
-            covariance: [0, 1].map(|i| [0, 1].map(|j| covariance[i][j])),
-            depth: surface
-                .is_deep()
-                .then(|| [z, (along * covariance[2][2].sqrt()).min(size[2])]),
+            covariance: [0, 1].map(|i| [0, 1].map(|j| covariance[i][j] + opened[i][j])),
+            depth: surface.is_deep().then(|| {
+                let own = along * covariance[2][2].sqrt();
+                [z, own.hypot(opened[2][2].sqrt()).min(self.size(2))]
+            }),
             misfit,
             support: if misfit > self.map.largest_misfit {
                 Support::Outside
@@ -317,8 +384,7 @@ fn newton_step(gradient: [f64; 3], mut normal: [[f64; 3]; 3]) -> [f64; 3] {
     for (axis, row) in normal.iter_mut().enumerate() {
         row[axis] += 1e-9 * trace + f64::MIN_POSITIVE;
     }
-    let inverse = inverse(&normal);
-    inverse.map(|row| row[0] * gradient[0] + row[1] * gradient[1] + row[2] * gradient[2])
+    inverse(&normal).map(|row| dot3(row, gradient))
 }
 
 /// Inverse of a symmetric positive definite matrix.

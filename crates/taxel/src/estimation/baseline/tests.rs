@@ -206,6 +206,20 @@ fn changes_are_on_record_without_a_gap_and_the_last_are_kept() {
 /// Touches with pauses shorter than the hold's end, for hours: what a hold hides does
 /// not add up, and with a drift the level is where it says.
 #[test]
+fn a_drift_slower_than_was_expected_leaves_variances_that_are_none_below_zero() {
+    let pace = Pace::of(0.1, &BaselineOptions::new(vec![1.0]));
+    let mut known = Known::default();
+    known.drifted(0.06, 60.0);
+    for _ in 0..2 {
+        for _ in 0..6000 {
+            known = known.later(&pace, 1e-4);
+            assert!(known.level >= 0.0 && known.rate >= 0.0, "{known:?}");
+        }
+        known = known.measured(0.005).0;
+    }
+}
+
+#[test]
 fn hours_of_touches_leave_the_level_as_well_known_as_the_first() {
     for (rate, bound) in [(0.0, 0.05), (0.005, 0.3), (-0.01, 0.4)] {
         let (mut off, mut within, mut pauses) = (Vec::new(), 0.0, 0.0);
