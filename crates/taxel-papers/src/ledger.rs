@@ -131,7 +131,7 @@ impl Ours {
 
     /// Ours of a printed number that follows from the printed numbers of other rows, in their
     /// units: known to their digits alone.
-    pub(crate) fn from_printed<const N: usize>(
+    pub(crate) fn derived<const N: usize>(
         &mut self,
         id: &str,
         rows: [&str; N],

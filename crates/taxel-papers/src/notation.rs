@@ -76,16 +76,17 @@ fn word(rest: &mut Peekable<Chars<'_>>, page: &mut String) {
     if digits.is_empty() || !symbol || paper {
         *page += &digits;
     } else if LENGTHS.contains(&letters.as_str()) {
-        *page += &format!("<sup>{digits}</sup>");
+        *page += &tagged("sup", &digits);
     } else {
-        *page += &format!("<sub>{digits}</sub>");
+        *page += &tagged("sub", &digits);
     }
     if rest.next_if_eq(&'_').is_some() {
         let below = taken(rest, |c| c.is_ascii_alphanumeric());
         if symbol && !below.is_empty() && below.len() <= SUBSCRIPT {
-            *page += &format!("<sub>{below}</sub>");
+            *page += &tagged("sub", &below);
         } else {
-            *page += &format!("_{below}");
+            page.push('_');
+            *page += &below;
         }
     }
     while symbol && rest.peek() == Some(&'\'') {
@@ -118,7 +119,11 @@ fn power(rest: &mut Peekable<Chars<'_>>, page: &mut String) {
         inside += &taken(rest, |c| c == '-');
         inside += &taken(rest, |c| c.is_ascii_alphanumeric());
     }
-    *page += &format!("<sup>{}</sup>", html(&inside).replace('-', "−"));
+    *page += &tagged("sup", &html(&inside).replace('-', "−"));
+}
+
+fn tagged(tag: &str, text: &str) -> String {
+    ["<", tag, ">", text, "</", tag, ">"].concat()
 }
 
 fn taken(rest: &mut Peekable<Chars<'_>>, of: impl Fn(char) -> bool) -> String {

@@ -437,13 +437,13 @@ fn conditioning(ours: &mut Ours, prototype: &Prototype<'_>) {
     let formula = |s: Complex64| -gain / (1.0 + s * tau);
     ours.holds("eq_27", same_at(&filter.transfer(), formula));
     ours.number("open_loop_gain", 10.0_f64.powf(80.0 / 20.0));
-    ours.from_printed(
+    ours.derived(
         "static_gain",
         ["feedback_resistance", "input_resistance"],
         |[feedback, input]| feedback / input,
     );
     // kohm and nF.
-    ours.from_printed(
+    ours.derived(
         "cut_off",
         ["feedback_resistance", "feedback_capacitance"],
         |[resistance, capacitance]| 1e6 / (TAU * resistance * capacitance),
@@ -457,7 +457,7 @@ fn experiments(ours: &mut Ours, [thin, thick]: &[Prototype<'_>; 2]) {
     ] {
         let rows = [preload, "silicone_modulus", "contact_area"];
         let thickness = sample.array.description.cover.thickness * 1e3;
-        ours.from_printed(id, rows, |[force, modulus, area]| {
+        ours.derived(id, rows, |[force, modulus, area]| {
             thickness * (1.0 - force / (modulus * area))
         });
     }

@@ -303,7 +303,7 @@ fn results(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
     ours.number("rest_voltage", divider.voltage(drawn));
     let nominal = ours.printed("rest_resistance", 0);
     let rows = ["rest_voltage", "supply", "reference_resistor"];
-    ours.from_printed("rest_resistance", rows, |[read, supply, reference]| {
+    ours.derived("rest_resistance", rows, |[read, supply, reference]| {
         reference * read / (supply - read)
     })
     .with("voltage", divider.voltage(nominal))
@@ -355,7 +355,7 @@ fn pad_and_neighbour(ours: &mut Ours, divider: &VoltageDivider, rest: f64, low: 
 
 fn saturation(ours: &mut Ours, divider: &VoltageDivider, rest: f64) {
     let saturated = resistance(divider, ours.printed("collapsed_voltage", 0));
-    ours.from_printed("collapsed_voltage", ["supply"], |[supply]| supply)
+    ours.derived("collapsed_voltage", ["supply"], |[supply]| supply)
         .with("saturated", saturated)
         .with("times", saturated / rest);
     let radius = 0.5 * ours.printed("pads", -6);

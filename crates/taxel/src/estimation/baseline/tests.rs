@@ -203,8 +203,6 @@ fn changes_are_on_record_without_a_gap_and_the_last_are_kept() {
     assert_eq!(baseline.history().next_back().unwrap().to, 1003.0);
 }
 
-/// Touches with pauses shorter than the hold's end, for hours: what a hold hides does
-/// not add up, and with a drift the level is where it says.
 #[test]
 fn a_drift_slower_than_was_expected_leaves_variances_that_are_none_below_zero() {
     let pace = Pace::of(0.1, &BaselineOptions::new(vec![1.0]));
@@ -219,6 +217,8 @@ fn a_drift_slower_than_was_expected_leaves_variances_that_are_none_below_zero() 
     }
 }
 
+/// Touches with pauses shorter than the hold's end, for hours: what a hold hides does
+/// not add up, and with a drift the level is where it says.
 #[test]
 fn hours_of_touches_leave_the_level_as_well_known_as_the_first() {
     for (rate, bound) in [(0.0, 0.05), (0.005, 0.3), (-0.01, 0.4)] {
