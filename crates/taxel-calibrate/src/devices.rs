@@ -18,6 +18,12 @@ pub enum NoCalibrator {
         /// Key of the element.
         element: &'static str,
     },
+    /// No load on a whole channel is read.
+    #[error(
+        "element.microchannel.liquid.pressure: a sealed liquid carries what presses on the whole length of a channel, whose \
+         resistance then says nothing of the load; calibrate with pressure = \"vented\", a gas ({{ paper = … }}) or measured points"
+    )]
+    Unanswered,
     /// Learned, not fitted.
     #[error(
         "an array with the element `{element}` has no physical model and no synthetic calibration data; train it alone with `taxel calibrate`"
@@ -79,7 +85,10 @@ pub fn calibrator<'a>(
         Element::ThreeAxisCapacitor(_) => boxed(ThreeAxisCalibrator::new(first), element),
         Element::Piezoelectric(_) => boxed(PiezoelectricCalibrator::new(first), element),
         Element::Trained(_) => Err(NoCalibrator::Learned { element }),
-        Element::Microchannel(_) => boxed(MicrochannelCalibrator::new(sensors), element),
+        Element::Microchannel(_) => match MicrochannelCalibrator::new(sensors) {
+            Some(calibrator) => Ok(Box::new(calibrator)),
+            None => Err(NoCalibrator::Unanswered),
+        },
         Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
     }
 }

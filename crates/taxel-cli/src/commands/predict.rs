@@ -32,6 +32,16 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     ];
     let existing = arguments.overwrite.existing();
     outputs::check(&outputs, &inputs, existing)?;
+    if let Some(path) = arguments
+        .vtu
+        .as_ref()
+        .filter(|path| path.exists() && !path.is_dir())
+    {
+        let path = shown::path(path);
+        return Err(Stop::WrongInput(format!(
+            "--vtu {path}: is a file; name a folder"
+        )));
+    }
     let named = files::sensor(&arguments.sensor)?;
     let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;

@@ -6,10 +6,9 @@
 //! the one before (pseudo-transient continuation, Kelley and Keyes 1998): the body passes through states
 //! that are in balance with the drag, so its friction has a history, and it leaves what is unstable.
 
+use super::drag::Drag;
 use super::failure::Reason;
 use super::newton::{Solver, Step};
-use crate::assembly::state::State;
-use crate::assembly::system::{Assembled, System};
 use crate::problem::Contact;
 
 /// Drag of an unknown over the mean of the diagonal of the tangent: the first, and the last one
@@ -29,26 +28,6 @@ pub struct Jump {
     pub way: f64,
     /// Undeformed place of that node.
     pub place: [f64; 3],
-}
-
-/// Forces against the way of the unknowns from a state.
-#[derive(Clone, Debug)]
-pub(super) struct Drag {
-    from: Vec<f64>,
-    /// N/m.
-    stiffness: f64,
-}
-
-impl Drag {
-    /// Adds the forces in a state, and their slope.
-    pub(super) fn add(&self, system: &System, state: &State, out: &mut Assembled) {
-        let now = system.unknown_part(&state.displacement);
-        for (k, (now, from)) in now.iter().zip(&self.from).enumerate() {
-            out.residual[k] += self.stiffness * (now - from);
-            let diagonal = system.unknowns.pattern.column(k).start;
-            out.values[diagonal] += self.stiffness;
-        }
-    }
 }
 
 impl Solver {

@@ -2,6 +2,7 @@
 
 mod control;
 mod designs;
+mod drag;
 pub mod failure;
 pub mod iterative;
 mod jump;
@@ -9,6 +10,7 @@ pub mod linear;
 mod memory;
 mod neighbours;
 pub mod newton;
+mod previous;
 mod reasons;
 mod settings;
 mod small;

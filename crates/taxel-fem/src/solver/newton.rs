@@ -1,13 +1,13 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
+use super::drag::Drag;
 use super::failure::{Failure, Reason};
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
-use super::jump::Drag;
 pub use super::jump::Jump;
 use super::neighbours::Neighbours;
+use super::previous::Previous;
 pub use super::settings::{Continue, Settings, Step};
 use super::small::{axpy, dot, solve_small};
-use super::steps::Previous;
 use crate::assembly::contact::ContactProbe;
 pub use crate::assembly::contact::Multipliers;
 use crate::assembly::follow::place_rigid_bodies;

@@ -44,7 +44,7 @@ pub use three_axis_capacitor::{
 pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
 
 /// Why the mechanics of a device is not solved by finite elements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotSolvable {
     /// No device of this kind is.
     #[error("this kind of device has no mechanics by finite elements; use --mechanics closed-form")]
@@ -62,6 +62,9 @@ pub enum NotSolvable {
          or leave the calibration out"
     )]
     Calibrated,
+    /// Finite elements do not solve its drawing.
+    #[error("{0}")]
+    Drawing(String),
 }
 
 /// Why the solved load path of a device is not tabulated.

@@ -125,6 +125,18 @@ fn short_layer(aspect: f64, compression: f64) -> f64 {
 }
 
 impl EndCondition {
+    /// Its key in a sensor file.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::ShortLayer => "short_layer",
+            Self::Tapered(_) => "tapered",
+            Self::Tail(_) => "tail",
+            Self::WideLayer => "wide_layer",
+            Self::Given(_) => "given",
+        }
+    }
+
     /// χ for a layer of `aspect` L/H at a relative compression.
     ///
     /// # Errors

@@ -230,10 +230,27 @@ impl UnitDrawing {
             self.unit_side,
             self.pitch,
         ];
+        let layers = self.lower_layer.min(self.upper_layer);
+        let [inner, outer] = self.bump_bases();
         rising.windows(2).all(|pair| pair[0] < pair[1])
+            && [
+                self.bump_height,
+                self.air_gap,
+                self.insulation,
+                self.electrode_thickness,
+            ]
+            .iter()
+            .all(|length| *length > 0.0)
+            && self.electrode_thickness < layers
             && self.bump_top > 0.0
             && self.bump_top <= self.bump_base
-            && self.bump_base <= self.unit_side
+            && inner < self.bump_base
+            && self.bump_base < outer
+    }
+
+    /// Sides between which a bump's base ends over the electrodes, where its cells and theirs meet, m.
+    pub fn bump_bases(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|side| self.centre_distance + side * self.electrode)
     }
 
     /// Solves a quarter of the unit, vented, under normal forces on its flat top up to `largest`,

@@ -5,7 +5,7 @@ use crate::mechanics::microchannel_cell::{Filling, WallContact};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CrossingVoids, VoidShape};
 use taxel_fem::solver::failure::Failure;
-use taxel_numerics::MonotoneCurve;
+use taxel_numerics::{MonotoneCurve, OnCurve};
 
 use super::{
     AlongChannel, ClosingCurve, Hyperelastic, MicrochannelError, MicrochannelSection, PressureLaw,
@@ -50,6 +50,12 @@ pub enum NotSolved {
         /// Its thickness, m.
         thickness: f64,
     },
+    /// Nothing closes.
+    #[error(
+        "a sealed liquid carries what presses on the whole top, and no channel closes: nothing is left to solve; leave \
+         --mechanics fem out, or press a patch (patch_x, patch_y)"
+    )]
+    Sealed,
     /// The solved states make no curve.
     #[error(transparent)]
     Curve(#[from] MicrochannelError),
@@ -99,7 +105,7 @@ impl VoidStack {
     ///
     /// # Errors
     /// [`NotSolved::NoSolid`] naming the first part without.
-    pub(super) fn check(&self) -> Result<(), NotSolved> {
+    pub(crate) fn check(&self) -> Result<(), NotSolved> {
         let base = "element.microchannel.base";
         let roofs = "element.microchannel.rows.roof and columns.roof";
         for (part, key, thickness) in [
@@ -176,6 +182,9 @@ impl VoidStack {
         pressure: f64,
         progress: &mut dyn FnMut(f64),
     ) -> Result<SolvedVoids, NotSolved> {
+        if self.liquid == PressureLaw::Sealed {
+            return Err(NotSolved::Sealed);
+        }
         let pressure = pressure.max(self.light());
         let mut study = self.study(Fineness::Usual)?;
         let mut states = Vec::new();
@@ -259,10 +268,6 @@ fn from_rest(points: impl Iterator<Item = [f64; 2]>, rest: f64) -> Vec<[f64; 2]>
 impl SolvedLayer {
     fn new(states: &[Crossing], row: usize) -> Result<Self, NotSolved> {
         let net = |state: &Crossing| state.pressure - state.inside[row];
-        let touch = states
-            .iter()
-            .find(|state| state.gap[row] <= 0.0)
-            .map(|state| state.volume_ratio[row]);
         let curve = |of: &dyn Fn(&Crossing) -> f64| {
             let points = from_rest(states.iter().map(|s| [net(s), of(s)]), 1.0);
             MonotoneCurve::new(points, None).map_err(MicrochannelError::from)
@@ -272,12 +277,22 @@ impl SolvedLayer {
             thinnest: curve(&|state| state.thinnest[row])?,
         };
         let closing = curve(&|state| state.volume_ratio[row])?;
+        let gap = from_rest(
+            states.iter().map(|s| [net(s), s.gap[row]]),
+            states.first().map_or(0.0, |state| state.rest_gap[row]),
+        );
+        // Where the line through the states before and after has no gap left.
+        let touch = gap.windows(2).find(|pair| pair[1][1] <= 0.0);
+        let touch = touch.and_then(|pair| {
+            let [[q0, gap0], [q1, gap1]] = [pair[0], pair[1]];
+            match closing.at(q0 + (q1 - q0) * gap0 / (gap0 - gap1)) {
+                OnCurve::Inside { value, .. } => Some(value),
+                _ => None,
+            }
+        });
         Ok(Self {
             closing: ClosingCurve::of_path(closing, touch, along),
-            gap: from_rest(
-                states.iter().map(|s| [net(s), s.gap[row]]),
-                states.first().map_or(0.0, |state| state.rest_gap[row]),
-            ),
+            gap,
         })
     }
 

@@ -49,9 +49,10 @@ pub struct FieldState {
 pub enum NoField {
     /// The end condition names no body.
     #[error(
-        "the end condition {0:?} of the sensor file is a factor, and no body that could be solved: \
+        "end_condition = {{ {} = … }} is a factor, and no body that could be solved: \
          give short_layer (free ends on a wider base), free (free ends, base no wider) or \
-         wide_layer (a probe on a layer that goes on), or use the closed form"
+         wide_layer (a probe on a layer that goes on), or use the closed form",
+        .0.key()
     )]
     EndCondition(EndCondition),
     /// Electrodes that stick out of the body.

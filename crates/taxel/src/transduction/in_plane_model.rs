@@ -273,8 +273,11 @@ impl InPlaneModel {
         }
         let solved = self.solved.as_ref().map(|solved| solved.errors().force);
         match solved {
-            // A calibrated end factor belongs to a device, not to a drawing.
-            Some(Some(error)) => (self.layer.end_scale == 1.0).then_some(error),
+            // A calibrated end factor belongs to a device, not to a drawing; beyond the end of the
+            // solution nothing is known.
+            Some(Some(error)) => (self.layer.end_scale == 1.0
+                && compression <= self.largest_compression() * (1.0 + 1e-9))
+                .then_some(error),
             _ => force_error(&self.layer, &self.electrodes, compression),
         }
     }

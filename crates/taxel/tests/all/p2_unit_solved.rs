@@ -286,7 +286,7 @@ fn used(stated: &UnitCompliance, better: &UnitCompliance) -> f64 {
         (
             sealed(stated),
             sealed(better),
-            stated.normal_error(Cavity::Sealed),
+            stated.normal_error(2e6, Cavity::Sealed),
         ),
     ];
     parts.iter().fold(0.0, |most, (stated, better, error)| {

@@ -198,6 +198,9 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             format!("{name}_rest_resistance"),
             number(layer.conductor.rest_resistance(), "ohm", "ohm", 1.0),
             match array.element.section.shape {
+                _ if layer.initial_pressure > 0.0 => {
+                    "resistivity x length/area at rest, without leads"
+                }
                 SectionShape::Rectangle => "resistivity x length/(width x height), without leads",
                 SectionShape::Ellipse => {
                     "resistivity x length/(pi/4 width x height), without leads"

@@ -268,6 +268,10 @@ impl Device for MicrochannelArray<'_> {
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        let stack = self.void_stack().map_err(NotSolvable::Drawing)?;
+        stack
+            .check()
+            .map_err(|error| NotSolvable::Drawing(error.to_string()))?;
         Ok(Box::new(MicrochannelFieldPredictor::new(self)))
     }
 

@@ -87,6 +87,9 @@ impl LayerState {
     }
 }
 
+/// A load on a part of a channel is solved up to so many times its pressure on the whole top.
+const FARTHEST: f64 = 64.0;
+
 /// Predicts loads on channels as drawn.
 #[derive(Debug, Clone)]
 pub struct MicrochannelPredictor {
@@ -168,6 +171,15 @@ impl MicrochannelPredictor {
         let ended = solved.ended.clone();
         field.solved = Some(solved);
         Ok(ended)
+    }
+
+    /// Net pressure up to which both layers were solved, Pa.
+    fn solved_net(&self) -> f64 {
+        let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
+        solved.map_or(0.0, |solved| {
+            let ends = solved.layers.iter().map(|layer| layer.closing.end()[0]);
+            ends.fold(f64::INFINITY, f64::min)
+        })
     }
 
     fn solved_layer(&self, number: usize) -> Option<&SolvedLayer> {
@@ -337,7 +349,22 @@ impl Predictor for MicrochannelPredictor {
         if greatest == 0.0 {
             return Ok(None);
         }
-        self.solve(greatest, progress)
+        let remark = self.solve(greatest, progress)?;
+        let mut shares = (0..loads.len()).flat_map(|row| {
+            let load = loads.load(row);
+            [0, SECOND].map(|first| load.number(first + LOADED_SHARE))
+        });
+        if remark.is_some() || shares.all(|share| share.is_none_or(|share| share >= 1.0)) {
+            return Ok(remark);
+        }
+        // A part of a channel presses its liquid into the rest, and closes nearly by its whole load.
+        let mut top = greatest;
+        let mut remark = None;
+        while remark.is_none() && self.solved_net() < greatest && top < FARTHEST * greatest {
+            top *= 2.0;
+            remark = self.solve(top, progress)?;
+        }
+        Ok(remark)
     }
 
     fn load_columns(&self) -> &'static [LoadColumn] {

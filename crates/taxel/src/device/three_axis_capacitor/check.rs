@@ -149,12 +149,45 @@ fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
         &key("outline.unit_side"),
         || {
             format!(
-                "cavities that end {} from each other have no room beside electrodes that end there, at {}",
-                micrometres(drawing.unit_side),
-                micrometres(outer)
+                "the electrodes end {} from each other and need cavities wider than that, not of {}",
+                micrometres(outer),
+                micrometres(drawing.unit_side)
             )
         },
         "give a larger unit side",
+    )?;
+    require(
+        drawing.insulation > 0.0,
+        &key("plates.insulation"),
+        || "the stiffness follows from the drawing of units with an insulation".into(),
+        "give an insulation of more than 0 um, or type the stiffness in",
+    )?;
+    let layer = drawing.lower_layer.min(drawing.upper_layer);
+    require(
+        drawing.electrode_thickness < layer,
+        &key("outline.electrode_thickness"),
+        || {
+            format!(
+                "electrodes of {} are as thick as a layer of {} in which they lie",
+                micrometres(drawing.electrode_thickness),
+                micrometres(layer)
+            )
+        },
+        "give thinner electrodes, or thicker layers",
+    )?;
+    require(
+        inner < drawing.bump_base && drawing.bump_base < outer,
+        &key("outline.bump_base"),
+        || {
+            format!(
+                "a bump's base of {} does not end over the electrodes: the stiffness follows from the drawing for more \
+                 than {} and less than {}",
+                micrometres(drawing.bump_base),
+                micrometres(inner),
+                micrometres(outer)
+            )
+        },
+        "change the base, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of from_drawing",
     )?;
     require(
         drawing.unit_side < drawing.pitch,
@@ -184,6 +217,12 @@ fn check_edges(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
         "element.three_axis_capacitor.plates.electrode",
         || "the edges follow from the drawing for square electrodes alone".into(),
         help,
+    )?;
+    require(
+        plates.insulation > 0.0,
+        "element.three_axis_capacitor.plates.insulation",
+        || "the edges follow from the drawing of electrodes with an insulation".into(),
+        "give an insulation of more than 0 um, or type parallel_capacitance in",
     )?;
     match array.edges() {
         Ok(_) => Ok(()),

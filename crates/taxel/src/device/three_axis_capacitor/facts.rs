@@ -299,7 +299,7 @@ fn from_drawing(
     let (modulus, unit) = (elastic.modulus, array.unit_model());
     let k = |of: &UnitCompliance| 1.0 / of.normal(modulus, elastic.cavity);
     let [cut_out_z, in_array_z] = [k(cut_out), k(in_array)];
-    let error = cut_out.normal_error(elastic.cavity);
+    let error = cut_out.normal_error(modulus, elastic.cavity);
     let error_of = if array.element.suspension.is_solved(&array.unit_drawing()) {
         "difference of a coarser mesh, and at least what the table showed"
     } else {
@@ -332,7 +332,7 @@ fn from_drawing(
     facts.push(fact(
         "mechanics",
         "stiffness_error",
-        text(&format!("{:.0} %", 100.0 * error)),
+        number(error, "ratio", "%", 1e-2),
         error_of,
     ));
     let side = match elastic.side_contact {
@@ -342,8 +342,11 @@ fn from_drawing(
     facts.push(fact(
         "mechanics",
         "stiffness_x_over_z_error",
-        text(&format!("{:.0} %", 100.0 * side)),
-        "of both closings; of a bar with its downward force, twice as much in the lowest quarter",
+        number(side, "ratio", "%", 1e-2),
+        match elastic.side_contact {
+            SideContact::Top => "of both closings",
+            SideContact::Bar(_) => "of both closings and the downward force; twice as much in the lowest quarter of the bump",
+        },
     ));
     facts.push(fact(
         "mechanics",

@@ -507,10 +507,15 @@ impl Predictor for ThreeAxisPredictor {
         row.extend(answer.deformation.displacement.map(Cell::Number));
         row.extend(answer.response.capacitance().map(Cell::Number));
         if let Some(parts) = answer.parts {
-            let [least, greatest] = parts.surroundings.unwrap_or([f64::NAN; 2]);
-            row.extend(
-                [parts.plate, parts.edges, parts.corners, least, greatest].map(Cell::Number),
-            );
+            row.extend([parts.plate, parts.edges, parts.corners].map(Cell::Number));
+            // A bound has no interval.
+            let bound =
+                answer.state == LoadState::Closed && self.pressed_by(answer.force).is_none();
+            let ends = parts.surroundings.filter(|_| !bound);
+            row.extend(match ends {
+                Some(ends) => ends.map(Cell::Number),
+                None => [Cell::from(""), Cell::from("")],
+            });
             row.push(parts.by_air_gap.map_or(Cell::from(""), Cell::Number));
         }
         row.push(Cell::Number(answer.response.least_air_gap()));
