@@ -8,7 +8,8 @@
 
 use super::drag::Drag;
 use super::failure::Reason;
-use super::newton::{Solver, Step};
+use super::newton::Solver;
+use super::settings::{Jump, Step};
 use crate::problem::Contact;
 
 /// Drag of an unknown over the mean of the diagonal of the tangent: the first, and the last one
@@ -20,15 +21,6 @@ const LAST: f64 = 1e-9;
 /// none.
 const FALLS: f64 = 0.4;
 const GROWS: f64 = 4.0;
-
-/// A jump to an equilibrium that is not near to the last one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jump {
-    /// Greatest way of a node, m.
-    pub way: f64,
-    /// Undeformed place of that node.
-    pub place: [f64; 3],
-}
 
 impl Solver {
     /// The equilibrium at these targets to which the body jumps from its last state; none if it comes

@@ -3,10 +3,9 @@
 use super::drag::Drag;
 use super::failure::{Failure, Reason};
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
-pub use super::jump::Jump;
 use super::neighbours::Neighbours;
 use super::previous::Previous;
-pub use super::settings::{Continue, Settings, Step};
+pub use super::settings::{Continue, Jump, Settings, Step};
 use super::small::{axpy, dot, solve_small};
 use crate::assembly::contact::ContactProbe;
 pub use crate::assembly::contact::Multipliers;

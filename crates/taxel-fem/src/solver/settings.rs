@@ -1,6 +1,5 @@
 //! Settings of a solution, and what its steps report.
 
-use super::jump::Jump;
 use super::volume::LeastVolume;
 use crate::assembly::contact::Multipliers;
 use crate::assembly::kernel::ELIMINATION_RATIO;
@@ -77,6 +76,15 @@ impl Default for Settings {
             elimination: ELIMINATION_RATIO,
         }
     }
+}
+
+/// A jump to an equilibrium that is not near to the last one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// Greatest way of a node, m.
+    pub way: f64,
+    /// Undeformed place of that node.
+    pub place: [f64; 3],
 }
 
 /// Record of a converged step.
