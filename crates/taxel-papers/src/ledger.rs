@@ -25,8 +25,6 @@ pub struct Entry {
     pub note: String,
 }
 
-impl Entry {}
-
 /// A figure of the paper, drawn from our model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PaperFigure {
