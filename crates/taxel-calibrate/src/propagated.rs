@@ -81,7 +81,7 @@ impl Predictor for Propagated {
         self.centre.pictures(load)
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         self.centre.bodies()
     }
 

@@ -123,7 +123,7 @@ impl Predictor for MadeDevices {
         self.drawn.pictures(load)
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         self.drawn.bodies()
     }
 

@@ -5,8 +5,8 @@
 //! command line keeps them in a folder, [`Afresh`] solves every time, and [`TablesOnly`]
 //! has none, so that a drawing beside the tables is refused.
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 /// What is to be solved.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -90,7 +90,15 @@ impl Solutions for TablesOnly {
     }
 }
 
-/// The solution of a question: what was kept, if it is `sound`, or else what `solve` finds.
+/// A question that has no solution, as it is kept: the same drawing fails for the same reason.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Failure {
+    failed: String,
+}
+
+/// The solution of a question: what was kept, if it is `sound`, or else what `solve` finds. That
+/// there is none is kept as well.
 ///
 /// # Errors
 /// [`Unsolved`].
@@ -102,23 +110,37 @@ pub(crate) fn answer<A: Serialize + DeserializeOwned>(
 ) -> Result<A, Unsolved> {
     let read = |text: &str| serde_json::from_str::<A>(text).ok().filter(&sound);
     if let Some(text) = solutions.kept(question) {
-        match read(&text) {
-            Some(kept) => return Ok(kept),
-            None => solutions.unreadable(question),
+        match (read(&text), serde_json::from_str(&text)) {
+            (Some(kept), _) => return Ok(kept),
+            (None, Ok(Failure { failed })) => return Err(Unsolved::Failed(failed)),
+            (None, Err(_)) => solutions.unreadable(question),
         }
     }
     if !solutions.may_solve() {
         return Err(Unsolved::TablesOnly);
     }
-    let solved =
-        solve(&mut |fraction| solutions.progress(question, fraction)).map_err(Unsolved::Failed)?;
+    let solved = solve(&mut |fraction| solutions.progress(question, fraction));
     solutions.progress(question, 1.0);
-    let broken = || Unsolved::Failed(String::from("the solution is no curve"));
-    let text = serde_json::to_string(&solved).map_err(|_| broken())?;
     // Through its text, so that the first run has the digits of all later ones.
-    let solved = read(&text).ok_or_else(broken)?;
-    solutions.keep(question, &text);
-    Ok(solved)
+    let outcome = solved.and_then(|solved| {
+        let text = serde_json::to_string(&solved).ok();
+        let pair = text.and_then(|text| Some((read(&text)?, text)));
+        pair.ok_or_else(|| String::from("the solution is no curve"))
+    });
+    match outcome {
+        Ok((solved, text)) => {
+            solutions.keep(question, &text);
+            Ok(solved)
+        }
+        Err(failed) => {
+            if let Ok(text) = serde_json::to_string(&Failure {
+                failed: failed.clone(),
+            }) {
+                solutions.keep(question, &text);
+            }
+            Err(Unsolved::Failed(failed))
+        }
+    }
 }
 
 /// What was solved of a drawing. It follows from the drawing and is no part of it: two
@@ -192,6 +214,21 @@ mod tests {
         let first = ask(&mut memory, &mut count);
         assert_eq!(first, ask(&mut memory, &mut count));
         assert_eq!(count, 1);
+    }
+
+    #[test]
+    fn that_a_question_has_no_solution_is_kept() {
+        let (mut memory, mut count) = (Memory::default(), 0);
+        let mut ask = || {
+            let any = |_: &Vec<f64>| true;
+            answer(&question(), &mut memory, any, |_| {
+                count += 1;
+                Err(String::from("it folds over itself"))
+            })
+        };
+        let failed = Err(Unsolved::Failed(String::from("it folds over itself")));
+        assert_eq!([ask(), ask()], [failed.clone(), failed]);
+        assert_eq!((count, memory.unreadable), (1, 0));
     }
 
     #[test]

@@ -84,6 +84,16 @@ impl MicrochannelCalibrator<'_> {
         let signal = &self.board.signal;
         complete(data, signal)?;
         let (name, unit) = signal.unit();
+        if data.given[VOLTAGE] && data.given[RESISTANCE] {
+            let unused = if signal.is_voltage() {
+                "resistance"
+            } else {
+                "voltage"
+            };
+            remarks.push(Remark::whole(format!(
+                "{unused} is not used: the board of the sensor file gives the {name}"
+            )));
+        }
         let largest = signal.largest();
         let mut readings = Vec::with_capacity(data.len());
         let (mut saturated, mut impossible) = (0, 0);

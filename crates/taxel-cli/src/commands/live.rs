@@ -541,6 +541,13 @@ fn touch(
                 "{sensor}: {error}\nhelp: taxel calibrate {sensor} RECORDINGS -o CAL.toml, then give --calibration CAL.toml"
             ));
         }
+        if let FrameError::NotInvertible(_) = error {
+            return Stop::WrongInput(format!(
+                "{}: {error}\nhelp: taxel predict answers its loads; to read forces choose other surroundings, a smaller \
+                 gap or electrodes farther from a grounded face",
+                shown::path(arguments.sensor())
+            ));
+        }
         Stop::WrongInput(format!(
             "{} does not fit {}: {error}\nhelp: the frames are of {} x {} taxels; name the sensor file they come from",
             source,

@@ -42,12 +42,20 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
             "--vtu {path}: is a file; name a folder"
         )));
     }
+    if let Some(folder) = &arguments.vtu {
+        no_grid_in(folder, existing)?;
+    }
     let named = files::sensor(&arguments.sensor)?;
     let mut predictor = predictor(arguments, &named)?;
     let loads = loads(arguments, predictor.as_ref())?;
     prepare(predictor.as_mut(), &loads)?;
+    let bodies = if arguments.vtu.is_some() || arguments.plot.is_some() {
+        predictor.bodies().map_err(Stop::Failed)?
+    } else {
+        Vec::new()
+    };
     let grids = match &arguments.vtu {
-        Some(folder) => grids(folder, existing, predictor.as_ref())?,
+        Some(folder) => grids(folder, &bodies)?,
         None => Vec::new(),
     };
     let refused = |index: usize, refused: &LoadRefused| {
@@ -57,7 +65,13 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     let figure = match &arguments.plot {
         Some(path) => Some((
             path,
-            plot(path, &named.sensor.name, predictor.as_ref(), &loads)?,
+            plot(
+                path,
+                &named.sensor.name,
+                predictor.as_ref(),
+                &loads,
+                &bodies,
+            )?,
         )),
         None => None,
     };
@@ -83,13 +97,25 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
     Ok(Done::Complete)
 }
 
+/// Refuses, before anything is solved, a folder that has grids already.
+fn no_grid_in(folder: &Path, existing: Existing) -> Result<(), Stop> {
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) if existing != Existing::Replaced => entries,
+        _ => return Ok(()),
+    };
+    let mut paths = entries.flatten().map(|entry| entry.path());
+    match paths.find(|path| path.extension().is_some_and(|ending| ending == "vtu")) {
+        None => Ok(()),
+        Some(grid) => Err(Stop::WrongInput(format!(
+            "--vtu {}: has {} already\nhelp: name another folder, or add --force",
+            shown::path(folder),
+            shown::path(&grid)
+        ))),
+    }
+}
+
 /// Files of the bodies that were solved.
-fn grids(
-    folder: &Path,
-    existing: Existing,
-    predictor: &dyn Predictor,
-) -> Result<Vec<(PathBuf, String)>, Stop> {
-    let bodies = predictor.bodies();
+fn grids(folder: &Path, bodies: &[SolvedBody]) -> Result<Vec<(PathBuf, String)>, Stop> {
     if bodies.is_empty() {
         let message = "--vtu: nothing was solved by finite elements: add --mechanics fem and a load, and name a sensor \
                        whose mechanics is solved that way (an in_plane_capacitor, a microchannel, or a three_axis_capacitor whose \
@@ -103,17 +129,12 @@ fn grids(
         } else {
             format!("{}.vtu", body.name)
         };
-        let path = folder.join(name);
-        // Before anything is written.
-        if folder.exists() {
-            outputs::check(&[("--vtu", Some(&path))], &[], existing)?;
-        }
         let text = body
             .vtu()
             .map_err(|error| Stop::Failed(format!("--vtu: {error}")))?;
-        Ok((path, text))
+        Ok((folder.join(name), text))
     };
-    bodies.into_iter().enumerate().map(file).collect()
+    bodies.iter().enumerate().map(file).collect()
 }
 
 /// The predictor by the mechanics asked for, on the command line or in the
@@ -225,6 +246,7 @@ fn plot(
     title: &str,
     predictor: &dyn Predictor,
     loads: &Loads,
+    bodies: &[SolvedBody],
 ) -> Result<String, Stop> {
     let html = files::is_page(path)?;
     let figure = predict::figure(title, predictor, loads).map_err(|refused| {
@@ -233,9 +255,8 @@ fn plot(
             refused.message, refused.help
         ))
     })?;
-    let solved = predictor
-        .bodies()
-        .into_iter()
+    let solved = bodies
+        .iter()
         .map(|body| {
             let title = format!("Deformed body ({})", body.load);
             Ok((title, body.picture()?))

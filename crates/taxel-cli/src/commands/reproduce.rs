@@ -25,6 +25,12 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     let pages = arguments.ledger.as_deref().map_or(Vec::new(), |folder| {
         papers.iter().map(|paper| page(folder, *paper)).collect()
     });
+    if let Some(folder) = arguments.ledger.as_ref().filter(|folder| !folder.is_dir()) {
+        return Err(Stop::WrongInput(format!(
+            "--ledger {}: is no folder\nhelp: name the folder that has p1.md to p4.md, such as docs/papers",
+            shown::path(folder)
+        )));
+    }
     let outputs = [("--output", arguments.output.as_ref())];
     outputs::check(&outputs, &pages.iter().collect::<Vec<_>>(), existing)?;
     let ledgers: Vec<Ledger> = papers.into_iter().map(Paper::ledger).collect();
@@ -47,14 +53,18 @@ pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     Ok(Done::Complete)
 }
 
-/// Writes the rows of each ledger into its page of the folder.
+/// Writes the rows of each ledger into its page of the folder; none if one of the pages is wrong.
 fn write_pages(folder: &Path, ledgers: &[Ledger]) -> Result<(), Stop> {
-    for ledger in ledgers {
+    let page_of = |ledger: &Ledger| {
         let path = page(folder, ledger.paper);
         let prose = files::text(&path)?;
         let text = reproduce::page(&prose, ledger).ok_or_else(|| {
             Stop::WrongInput(format!("{}: no marks for the ledger", shown::path(&path)))
         })?;
+        Ok((path, text))
+    };
+    let pages: Vec<_> = ledgers.iter().map(page_of).collect::<Result<_, Stop>>()?;
+    for (path, text) in pages {
         // The page is made to be written anew.
         outputs::write(Some(&path), Existing::Replaced, &text)?;
     }

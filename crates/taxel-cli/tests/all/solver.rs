@@ -286,3 +286,38 @@ fn solved_bodies_are_written_for_paraview_and_drawn() {
     assert!(picture.contains("Deformed body (compressed by 0.0200"));
     refused(&fem, &["section.vtu", "--force"]);
 }
+
+#[test]
+fn a_folder_with_grids_is_refused_before_anything_is_solved() {
+    let folder = folder("grids");
+    fs::write(folder.join("other.vtu"), "of another run").unwrap();
+    // Half a minute of solving, which this test does not wait for.
+    let load = ["predict", "liquid-metal-2x4", "--load", "p=25 kPa"];
+    let fem = ["--mechanics", "fem", "--vtu", text(&folder)];
+    refused(&[&load[..], &fem].concat(), &["other.vtu", "--force"]);
+}
+
+#[test]
+fn what_finite_elements_do_not_solve_is_wrong_input() {
+    let folder = folder("no_body");
+    let refused = |name: &str, from: &str, to: &str, load: &str, parts: &[&str]| {
+        let drawn = Sensor::shipped_text(name).unwrap();
+        assert!(drawn.contains(from), "{from}");
+        let path = folder.join(format!("{name}.toml"));
+        fs::write(&path, drawn.replace(from, to)).unwrap();
+        let asked = ["predict", text(&path), "--mechanics", "fem", "--load", load];
+        refused(&asked, parts);
+    };
+    let (ends, given) = ("\"short_layer\"", "{ given = { chi = 0.9 } }");
+    refused(
+        "in-plane-50um",
+        ends,
+        given,
+        "e=0.02",
+        &["given", "short_layer"],
+    );
+    let liquid = "[element.microchannel.liquid.pressure.paper]\nexpansion = 0.2\n\
+                  atmosphere = \"101.325 kPa\"";
+    let (sealed, parts) = ("pressure = \"sealed\"", ["sealed liquid", "patch_x"]);
+    refused("liquid-metal-2x4", liquid, sealed, "p=10 kPa", &parts);
+}

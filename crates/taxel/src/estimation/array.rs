@@ -44,6 +44,9 @@ pub enum FrameError {
     /// A device without a physical model, of which nothing was learned yet.
     #[error("nothing was learned of this device yet: train first")]
     Untrained,
+    /// A device whose readings belong to several loads.
+    #[error("{0}")]
+    NotInvertible(String),
     /// A masked channel of a device without a physical model, whose maps need it.
     #[error("the channel \"{channel}\" is masked, but the maps were trained with it")]
     TrainedWithMasked {

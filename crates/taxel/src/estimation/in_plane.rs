@@ -67,7 +67,11 @@ impl InPlaneReader {
                 .filter(|curve| curve.inverse().model() == model);
             let curve = match alike {
                 Some(curve) => curve.clone(),
-                None => ForceCurve::new(model.inverse()?),
+                None => {
+                    let inverse = model.inverse()?;
+                    inverse.check()?;
+                    ForceCurve::new(inverse)
+                }
             };
             curves.push(curve);
         }
@@ -189,7 +193,10 @@ impl Reader for InPlaneReader {
             // The value was accepted when it was captured; without a way back
             // the taxel stays as drawn.
             let model = drawn.at_rest(*rest);
-            let found = model.and_then(|model| Some((model.inverse().ok()?, model)));
+            let found = model.and_then(|model| {
+                let inverse = model.inverse().ok()?;
+                inverse.check().is_ok().then_some((inverse, model))
+            });
             let (inverse, model) = match found {
                 Some(found) => found,
                 None => match drawn.inverse() {

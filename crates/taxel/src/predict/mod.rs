@@ -77,9 +77,12 @@ pub trait Predictor: Send + Sync {
     }
 
     /// Bodies that were solved for the loads of [`Self::prepare`], each at its greatest load;
-    /// none for a device that solves nothing.
-    fn bodies(&self) -> Vec<&SolvedBody> {
-        Vec::new()
+    /// none for a device that solves nothing. May solve what the answers did without.
+    ///
+    /// # Errors
+    /// A sentence when one of them has no solution.
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
+        Ok(Vec::new())
     }
 
     /// Pictures of a field under one load, each an SVG document with its title; none for a

@@ -315,6 +315,14 @@ fn media(surroundings: Surroundings, permittivity: f64) -> (Media, bool) {
 }
 
 impl SolvedInPlane {
+    /// Checks that `model` is a body that can be solved.
+    ///
+    /// # Errors
+    /// [`NoField::EndCondition`] and [`NoField::Reach`].
+    pub fn check(model: &InPlaneModel) -> Result<(), NoField> {
+        body(model).map(drop)
+    }
+
     /// Presses the cross-section of `model` step by step up to a compression of `most`, or as
     /// far as the solution goes, or until `enough` says so; `progress` hears the fraction.
     ///

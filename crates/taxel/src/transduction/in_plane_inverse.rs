@@ -55,7 +55,22 @@ impl InPlaneModel {
     }
 }
 
+/// Compression below which the way back of a device is of no use.
+const LEAST_RANGE: f64 = 1e-3;
+
 impl InPlaneInverse {
+    /// Checks that forces can be read over a range worth the name.
+    ///
+    /// # Errors
+    /// [`InPlaneError::NotInvertible`].
+    pub fn check(&self) -> Result<(), InPlaneError> {
+        let compression = self.last.layer.kinematics.compression();
+        if compression < LEAST_RANGE {
+            return Err(InPlaneError::NotInvertible { compression });
+        }
+        Ok(())
+    }
+
     /// The model that is inverted.
     pub fn model(&self) -> &InPlaneModel {
         &self.model

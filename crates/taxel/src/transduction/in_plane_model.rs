@@ -45,6 +45,16 @@ pub enum InPlaneError {
         /// At rest, F.
         rest: f64,
     },
+    /// A curve that does not fall from rest on over a range worth the name: no force follows from a
+    /// reading, though loads are answered.
+    #[error(
+        "the capacitance belongs to one compression only up to a compression of {compression:.4}, so that no force \
+         follows from a reading"
+    )]
+    NotInvertible {
+        /// Compression up to which it does.
+        compression: f64,
+    },
     /// A fall of the capacitance beyond what belongs to one compression only.
     #[error(
         "a capacitance {change:.6e} F below that at rest is beyond {limit:.6e} F, up to which it belongs to one compression (to {compression:.4})"

@@ -125,7 +125,16 @@ fn contacts_that_say_too_little_are_refused_at_their_column() {
         column == "displacement" && text.contains("force_z"),
         "{text}"
     );
+    let (column, text) = refused(&sensor, "x=2.3 mm");
+    assert!(
+        column == "displacement" && text.contains("2.300 mm thick"),
+        "{text}"
+    );
     let disc = with("piezo-2.3mm", "", "contact = \"rigid_disc\"").unwrap();
+    for sensor in [&sensor, &disc] {
+        let (column, text) = refused(sensor, "fz=100 N, radius=5 mm");
+        assert!(column == "force_z" && text.contains("mm thick"), "{text}");
+    }
     let (column, text) = refused(&disc, "fz=1 N, fx=1 N, radius=5 mm");
     assert!(column == "force_x" && text.contains("not solved"), "{text}");
     let (column, text) = refused(&disc, "fz=1 N, radius=1 mm");

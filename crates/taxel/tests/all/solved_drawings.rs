@@ -8,7 +8,9 @@ use crate::common::p4_cell;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use taxel::device::MicrochannelPredictor;
+use taxel::acquisition::{Stimulus, Twin};
+use taxel::device::{InPlaneLoadState, InPlanePredictor, MicrochannelPredictor};
+use taxel::estimation::FrameError;
 use taxel::mechanics::crossing_microchannels::CrossingStudy;
 use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel::mechanics::{
@@ -17,7 +19,7 @@ use taxel::mechanics::{
 use taxel::sensor::Sensor;
 use taxel::solutions::{Afresh, Question, Solutions};
 use taxel::summary::{Value, summary};
-use taxel::transduction::{InPlaneModel, SolvedInPlane};
+use taxel::transduction::{InPlaneError, InPlaneModel, SolvedInPlane};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, CrossingVoids, VoidCell, VoidShape};
 
@@ -485,6 +487,45 @@ fn random_section(random: &mut ChaCha8Rng) -> InPlaneModel {
     ];
     let edits = edits.each_ref().map(|(from, to)| (*from, to.as_str()));
     in_plane(&edits)
+}
+
+/// Electrodes that rise towards a grounded base as the layer is pressed lose what the gap gains:
+/// the loads are answered, and only what reads forces is refused.
+#[test]
+fn a_drawing_that_cannot_be_read_back_is_predicted() {
+    let text = edited(
+        "in-plane-50um",
+        &[
+            ("height = \"550 um\"", "height = \"200 um\""),
+            (
+                "surroundings = \"uniform\"",
+                "surroundings = \"grounded_base_uniform\"",
+            ),
+            ("range = [\"0 V\", \"1 V\"]", "range = [\"0 V\", \"2 V\"]"),
+        ],
+    );
+    let sensor = Sensor::parse_with("grounded.toml", &text, &mut Afresh).unwrap();
+    let script = Stimulus::parse("press", Stimulus::shipped_text("press").unwrap()).unwrap();
+    let array = sensor.in_plane().unwrap();
+    let answer = InPlanePredictor::new(&array).at_compression(0.1).unwrap();
+    assert_eq!(answer.state, InPlaneLoadState::Ambiguous);
+    assert!(answer.response.is_some());
+    let model = array.model();
+    let inverse = model.inverse().unwrap();
+    assert!(inverse.turning().is_some());
+    assert!(matches!(
+        inverse.check(),
+        Err(InPlaneError::NotInvertible { compression }) if compression < 1e-3
+    ));
+    let stream = Twin::new(&sensor, &script, 1).unwrap().stream();
+    let refused = sensor.device().unwrap().session(&stream).map(drop);
+    assert!(matches!(refused, Err(FrameError::NotInvertible(_))));
+    let facts = summary(&sensor).unwrap();
+    let resolution = facts.iter().find(|fact| fact.name == "resolution_at_rest");
+    assert_eq!(
+        resolution.map(|fact| fact.value.clone()),
+        Some(Value::Text(String::from("none")))
+    );
 }
 
 fn compare_sections(seed: u64, count: usize) -> f64 {

@@ -46,22 +46,43 @@ pub struct InPlaneFieldPredictor {
 #[derive(Debug, Clone)]
 struct Solved {
     way: SolvedInPlane,
-    /// Compression up to which a change belongs to one compression only.
-    invertible: f64,
+    /// Compression up to which a change belongs to one compression only; `None` if that lies beyond
+    /// what was solved.
+    invertible: Option<f64>,
     /// True if it ends there because the curve turns.
     turns: bool,
+    /// True if the path was solved as far as it goes, and not only as far as loads asked.
+    whole: bool,
 }
 
 impl Solved {
-    fn new(way: SolvedInPlane) -> Self {
+    fn new(way: SolvedInPlane, model: &InPlaneModel) -> Self {
         let rest = way.rest().capacitance;
         let change = |e: f64| way.at(e).map_or(f64::NAN, |state| rest - state.capacitance);
-        let range = roots::one_to_one(way.last().compression, change);
+        let last = way.last().compression;
+        let whole = way.ended.is_some() || last >= LARGEST_COMPRESSION * (1.0 - 1e-9);
+        let range = roots::one_to_one(last, change);
+        // Where the path ends before its curve turns, the fast form knows.
+        let fast = model.inverse().ok();
+        let turning = fast.filter(|inverse| inverse.turning().is_some());
+        let turning = turning.map(|inverse| inverse.last().layer.kinematics.compression());
+        let own = (whole || range.first_maximum.is_some()).then_some(range.end);
+        let ends = [own, turning.filter(|_| !whole)];
         Self {
-            invertible: range.end,
-            turns: range.first_maximum.is_some(),
+            invertible: ends
+                .into_iter()
+                .flatten()
+                .filter(|end| *end <= last)
+                .reduce(f64::min),
+            turns: range.first_maximum.is_some() || turning.is_some(),
+            whole,
             way,
         }
+    }
+
+    /// Compression up to which a state is read back.
+    fn end(&self) -> f64 {
+        self.invertible.unwrap_or(self.way.last().compression)
     }
 }
 
@@ -87,7 +108,7 @@ impl InPlaneFieldPredictor {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Solved, String> {
         SolvedInPlane::solve(&self.model, most, enough, progress)
-            .map(Solved::new)
+            .map(|way| Solved::new(way, &self.model))
             .map_err(|error| error.to_string())
     }
 
@@ -114,7 +135,7 @@ impl InPlaneFieldPredictor {
             * electrodes.depth
             * state.thickness
             / state.gap;
-        let ambiguous = compression > solved.invertible * (1.0 + 1e-12);
+        let ambiguous = compression > solved.end() * (1.0 + 1e-12);
         Ok(InPlaneFieldPrediction {
             field: Some(state),
             force: Some(self.force(&state)),
@@ -154,14 +175,14 @@ impl InPlaneFieldPredictor {
         let way = &solved.way;
         let rest = way.rest().capacitance;
         let misfit = |e: f64| way.at(e).map_or(f64::NAN, |state| rest - state.capacitance) - change;
-        if change < 0.0 || misfit(solved.invertible) < 0.0 {
+        if change < 0.0 || misfit(solved.end()) < 0.0 {
             return Ok(nothing(if solved.turns {
                 InPlaneLoadState::Ambiguous
             } else {
                 InPlaneLoadState::OutOfRange
             }));
         }
-        self.at_compression(roots::ridders([0.0, solved.invertible], misfit))
+        self.at_compression(roots::ridders([0.0, solved.end()], misfit))
     }
 
     /// The layer of the closed form at a compression, for the columns that compare.
@@ -281,11 +302,11 @@ impl Predictor for InPlaneFieldPredictor {
         self.fill(&answer, row);
         let solved = self.solved().map_err(refused)?;
         let way = &solved.way;
-        let last = way.at(solved.invertible);
+        let last = solved.invertible.and_then(|end| way.at(end));
         row.extend([
             cell(last.map(|last| way.rest().capacitance - last.capacitance)),
             cell(last.map(|last| self.force(&last))),
-            cell(Some(self.force(way.last()))),
+            cell(solved.whole.then(|| self.force(way.last()))),
         ]);
         let field = answer.field;
         row.extend([
@@ -300,12 +321,10 @@ impl Predictor for InPlaneFieldPredictor {
         Ok(())
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         let solved = self.solved.get().and_then(|solved| solved.as_ref().ok());
-        solved
-            .and_then(|solved| solved.way.body.as_ref())
-            .into_iter()
-            .collect()
+        let body = solved.and_then(|solved| solved.way.body.clone());
+        Ok(body.into_iter().collect())
     }
 
     fn curves(&self, given: &[bool]) -> Vec<Curve> {

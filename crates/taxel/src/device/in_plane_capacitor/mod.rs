@@ -19,7 +19,7 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{InPlaneError, InPlaneModel, PathTable, TableOptions};
+use crate::transduction::{InPlaneError, InPlaneModel, PathTable, SolvedInPlane, TableOptions};
 
 pub use field::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
@@ -157,6 +157,8 @@ impl Device for InPlaneArray<'_> {
     }
 
     fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
+        SolvedInPlane::check(&self.model())
+            .map_err(|error| NotSolvable::Drawing(error.to_string()))?;
         Ok(Box::new(InPlaneFieldPredictor::new(self)))
     }
 
@@ -173,10 +175,7 @@ impl Device for InPlaneArray<'_> {
             .map(|reader| Box::new(reader) as Box<dyn Reader>)
             .map_err(|error| match error {
                 InPlaneReaderError::Frame(error) => error,
-                // `check` has refused such a device before it had frames.
-                InPlaneReaderError::Model(_) => {
-                    FrameError::quantity(quantity, &self.board.last.unit())
-                }
+                InPlaneReaderError::Model(error) => FrameError::NotInvertible(error.to_string()),
             })
     }
 

@@ -277,9 +277,9 @@ impl Predictor for MicrochannelFieldPredictor {
         }
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         match &self.solved {
-            Some(solved) => solved.iter().map(|(_, block)| &block.body).collect(),
+            Some(solved) => Ok(solved.iter().map(|(_, block)| block.body.clone()).collect()),
             None => self.whole_top.bodies(),
         }
     }

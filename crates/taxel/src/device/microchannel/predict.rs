@@ -9,7 +9,8 @@ use crate::device::{number_cell, number_column};
 use crate::electronics::{Delivered, DividerBoard};
 use crate::mechanics::{
     ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError, MicrochannelSection,
-    SectionClosure, SolvedBody, SolvedLayer, SolvedVoids, Stretch, VoidStack,
+    NotSolved, PressureLaw, SectionClosure, SolvedBody, SolvedLayer, SolvedVoids, Stretch,
+    VoidStack,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::sensor::micrometres;
@@ -307,11 +308,7 @@ impl MicrochannelPredictor {
     /// A remark where a load presses on a part of a channel so short that its ends matter.
     fn short_part(&self, loads: &Loads) -> Option<String> {
         let shortest = shortest_part(self.thickness);
-        let shares = (0..loads.len()).flat_map(|row| {
-            let load = loads.load(row);
-            [0, SECOND].map(|first| load.number(first + LOADED_SHARE))
-        });
-        let smallest = shares.flatten().reduce(f64::min)?;
+        let smallest = shares(loads).reduce(f64::min)?;
         let lengths = self.layers.iter().map(|layer| layer.conductor.length);
         let length = smallest * lengths.fold(f64::INFINITY, f64::min);
         (length < shortest * (1.0 - 1e-9)).then(|| {
@@ -331,6 +328,22 @@ impl MicrochannelPredictor {
     }
 }
 
+/// What `of` answers of each load of all rows; of a column from 0 or from [`SECOND`] on.
+fn each<'l, T: 'l>(
+    loads: &'l Loads,
+    of: impl Fn(&Load<'_>, usize) -> T + Copy + 'l,
+) -> impl Iterator<Item = T> + 'l {
+    (0..loads.len()).flat_map(move |row| {
+        let load = loads.load(row);
+        [0, SECOND].map(|first| of(&load, first))
+    })
+}
+
+/// Shares of the length of a channel that all loads press on, where they are given.
+fn shares(loads: &Loads) -> impl Iterator<Item = f64> {
+    each(loads, |load, first| load.number(first + LOADED_SHARE)).flatten()
+}
+
 impl Predictor for MicrochannelPredictor {
     fn prepare(
         &mut self,
@@ -341,20 +354,13 @@ impl Predictor for MicrochannelPredictor {
         if self.field.is_none() {
             return Ok(self.short_part(loads));
         }
-        let pressures = (0..loads.len()).flat_map(|row| {
-            let load = loads.load(row);
-            [0, SECOND].map(|first| pressure_of(&load, first).1)
-        });
+        let pressures = each(loads, |load, first| pressure_of(load, first).1);
         let greatest = pressures.fold(0.0, f64::max);
         if greatest == 0.0 {
             return Ok(None);
         }
         let remark = self.solve(greatest, progress)?;
-        let mut shares = (0..loads.len()).flat_map(|row| {
-            let load = loads.load(row);
-            [0, SECOND].map(|first| load.number(first + LOADED_SHARE))
-        });
-        if remark.is_some() || shares.all(|share| share.is_none_or(|share| share >= 1.0)) {
+        if remark.is_some() || shares(loads).all(|share| share >= 1.0) {
             return Ok(remark);
         }
         // A part of a channel presses its liquid into the rest, and closes nearly by its whole load.
@@ -379,6 +385,13 @@ impl Predictor for MicrochannelPredictor {
             ));
         }
         let has = |column: usize| given.get(column) == Some(&true);
+        let stack = self
+            .field
+            .as_ref()
+            .and_then(|field| field.stack.as_ref().ok());
+        if stack.is_some_and(|stack| stack.liquid == PressureLaw::Sealed) {
+            return Err(NotSolved::Sealed.to_string());
+        }
         if is_double(given) {
             let second = &given[SECOND..];
             one_load(second).map_err(|problem| {
@@ -510,9 +523,12 @@ impl Predictor for MicrochannelPredictor {
         answer.is_ok_and(|answer| answer.layers.iter().any(|layer| layer.number.clipped))
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
-        solved.map(|solved| &solved.body).into_iter().collect()
+        Ok(solved
+            .map(|solved| solved.body.clone())
+            .into_iter()
+            .collect())
     }
 
     fn curves(&self, _given: &[bool]) -> Vec<Curve> {

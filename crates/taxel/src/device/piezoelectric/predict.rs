@@ -128,9 +128,15 @@ impl PiezoelectricPredictor {
         let Some(contact) = ContactLoad::of(load)? else {
             let drive = drive(load)?;
             let [force, displacement] = self.top(drive);
+            if let Drive::Displacement(_) = drive {
+                self.sinks(DISPLACEMENT, displacement)?;
+            }
             return Ok(Carried {
                 drive,
-                displacement,
+                // A column that would be crushed has none; the force on the element is given.
+                displacement: Some(displacement)
+                    .filter(|displacement| displacement.abs() < self.description.cover.thickness)
+                    .unwrap_or(f64::NAN),
                 force,
                 element_force: force,
                 charge: self.description.ceramic.charge_per_force * force,
@@ -141,6 +147,24 @@ impl PiezoelectricPredictor {
             CoverContact::RigidDisc => self.under_a_disc(load, &contact),
             CoverContact::Pressure | CoverContact::Sphere => self.under_a_pressure(load, &contact),
         }
+    }
+
+    /// Refuses a load of `column` under which the surface would sink by `displacement`, m, of all
+    /// the silicone or more.
+    fn sinks(&self, column: usize, displacement: f64) -> Result<(), LoadRefused> {
+        let thickness = self.description.cover.thickness;
+        if displacement.abs() < thickness {
+            return Ok(());
+        }
+        let millimetres = 1e3 * thickness;
+        Err(refused(
+            column,
+            format!(
+                "the surface would move by {:.3} mm of silicone that is {millimetres:.3} mm thick",
+                1e3 * displacement
+            ),
+            &format!("give a load that moves it by less than {millimetres:.3} mm"),
+        ))
     }
 
     /// A pressure on the silicone above the element, with its shear.
@@ -158,6 +182,11 @@ impl PiezoelectricPredictor {
         }
         let (cover, side) = (self.soft_cover(contact), self.description.ceramic.side);
         let [force_x, force_y, force_z] = contact.force;
+        // As far as a rigid disc of the same size would go, where that is known.
+        if let Ok(pressed) = self.disc(contact).pressed() {
+            let stiffness = pressed.stiffness(self.description.cover.modulus);
+            self.sinks(FORCE_Z, force_z / stiffness)?;
+        }
         let mut element_force = force_z * cover.share(contact.offset, side);
         if force_x != 0.0 || force_y != 0.0 {
             let [along_x, along_y] = cover.shear_shares(contact.offset, side);
@@ -269,6 +298,8 @@ impl PiezoelectricPredictor {
             Some(metres) => stiffness * metres,
             None => force_z,
         };
+        let given = load.number(DISPLACEMENT).map_or(FORCE_Z, |_| DISPLACEMENT);
+        self.sinks(given, force / stiffness)?;
         let side = description.ceramic.side;
         let share = pressed.share(contact.offset, side).ok_or_else(|| {
             let [x, y] = contact.offset.map(|along| along * 1e3);

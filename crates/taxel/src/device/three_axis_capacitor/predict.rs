@@ -90,8 +90,8 @@ pub struct ThreeAxisPredictor {
     to_solve: Option<ToSolve>,
     /// The unit under normal forces at large strain, where a load passes the first touch.
     pressed: Option<PressedUnit>,
-    /// The solved unit under the greatest normal force, then under the greatest side force.
-    bodies: Vec<SolvedBody>,
+    /// Greatest normal and greatest side force of the loads, N: those of the bodies to show.
+    greatest: [f64; 2],
 }
 
 /// A load this many times nearer to the first touch of linear elasticity is solved at large
@@ -124,7 +124,7 @@ impl ThreeAxisPredictor {
             remark: remark(array),
             to_solve: None,
             pressed: None,
-            bodies: Vec::new(),
+            greatest: [0.0; 2],
         }
     }
 
@@ -295,35 +295,6 @@ impl ThreeAxisPredictor {
         Ok(touch + &ended)
     }
 
-    /// The unit under the greatest normal force and under the greatest side force on its flat top
-    /// of all loads; a bar shifts no mirror image, and its side force is not shown.
-    fn solve_bodies(&mut self, unit: &ToSolve, loads: &Loads) -> Result<(), String> {
-        let greatest = |axis: fn([f64; 3]) -> f64| {
-            let parts = forces(loads).map(axis);
-            parts.fold(
-                0.0,
-                |most: f64, part| if part.abs() > most.abs() { part } else { most },
-            )
-        };
-        let side = greatest(|[x, y, _]| x.abs().max(y.abs()));
-        let normal = greatest(|[.., z]| z);
-        self.bodies = self.pressed.iter().map(|unit| unit.body.clone()).collect();
-        let on_top = unit.elastic.side_contact == SideContact::Top;
-        for (along, force, shown) in [
-            (TopForce::Normal, normal, self.bodies.is_empty()),
-            (TopForce::Side, side, on_top),
-        ] {
-            if shown && force != 0.0 {
-                let body = unit
-                    .drawing
-                    .body(&unit.elastic, &unit.solution, (along, force));
-                self.bodies
-                    .push(body.map_err(|failure| failure.to_string())?);
-            }
-        }
-        Ok(())
-    }
-
     fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
         let largest = force
             .iter()
@@ -418,7 +389,14 @@ impl Predictor for ThreeAxisPredictor {
         let found = solved.compliance;
         self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &found);
         let touch = self.press(&unit, loads, progress)?;
-        self.solve_bodies(&unit, loads)?;
+        let greatest = |axis: fn([f64; 3]) -> f64| {
+            let larger = |most: f64, part: f64| if part.abs() > most.abs() { part } else { most };
+            forces(loads).map(axis).fold(0.0, larger)
+        };
+        self.greatest = [
+            greatest(|[.., z]| z),
+            greatest(|[x, y, _]| x.abs().max(y.abs())),
+        ];
         let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
         let beside_table = unit.drawing.compliance().map_or_else(
             |outside| format!("no table has it ({outside})"),
@@ -439,8 +417,27 @@ impl Predictor for ThreeAxisPredictor {
         )))
     }
 
-    fn bodies(&self) -> Vec<&SolvedBody> {
-        self.bodies.iter().collect()
+    /// The unit under the greatest normal force and under the greatest side force on its flat top
+    /// of all loads; a bar shifts no mirror image, and its side force is not shown.
+    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
+        let mut bodies: Vec<SolvedBody> =
+            self.pressed.iter().map(|unit| unit.body.clone()).collect();
+        let Some(unit) = &self.to_solve else {
+            return Ok(bodies);
+        };
+        let [normal, side] = self.greatest;
+        let on_top = unit.elastic.side_contact == SideContact::Top;
+        for (along, force, shown) in [
+            (TopForce::Normal, normal, bodies.is_empty()),
+            (TopForce::Side, side, on_top),
+        ] {
+            if shown && force != 0.0 {
+                let load = (along, force);
+                let body = unit.drawing.body(&unit.elastic, &unit.solution, load);
+                bodies.push(body.map_err(|failure| failure.to_string())?);
+            }
+        }
+        Ok(bodies)
     }
 
     fn load_columns(&self) -> &'static [LoadColumn] {
