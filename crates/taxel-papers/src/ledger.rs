@@ -142,14 +142,16 @@ impl Ours {
         });
         let at = |corner: usize| {
             of(std::array::from_fn(|place| {
-                given[place].map_or(f64::NAN, |printed| match corner >> (2 * place) & 3 {
-                    0 => printed.value,
-                    1 => printed.value - printed.half,
-                    _ => printed.value + printed.half,
+                given[place].map_or(f64::NAN, |printed| {
+                    match corner / 3_usize.pow(place as u32) % 3 {
+                        0 => printed.value,
+                        1 => printed.value - printed.half,
+                        _ => printed.value + printed.half,
+                    }
                 })
             }))
         };
-        let corners = (0..1 << (2 * N)).map(at);
+        let corners = (0..3_usize.pow(N as u32)).map(at);
         let ends = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
             [low.min(at), high.max(at)]
         });

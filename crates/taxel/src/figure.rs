@@ -335,6 +335,15 @@ impl Scale {
     }
 }
 
+/// Round values from `low` to `high` with their texts.
+pub(crate) fn ticks_within(low: f64, high: f64) -> Vec<(f64, String)> {
+    let scale = Scale::linear(low, high);
+    let rounding = 1e-9 * (high - low);
+    let inside = |tick: &&f64| (low - rounding..=high + rounding).contains(*tick);
+    let ticks = scale.ticks.iter().filter(inside);
+    ticks.map(|tick| (*tick, scale.label(*tick))).collect()
+}
+
 /// 1, 2, 2.5 or 5 times a power of ten, at least `raw`.
 fn nice_step(raw: f64) -> f64 {
     let power = 10.0_f64.powf(raw.log10().floor());

@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use crate::figure::ticks_within;
 use crate::svg::escape;
 
 /// Normal stress on a rectangle of a plane, in equal square cells.
@@ -37,6 +38,8 @@ const ABOVE: f64 = 14.0;
 const SHADES: f64 = 40.0;
 /// Size of the bar of shades, px.
 const BAR: [f64; 2] = [280.0, 10.0];
+/// Room for a value below the bar, px.
+const LABEL: f64 = 40.0;
 /// Pulling stress that is shown, as a share of the greatest pressing one.
 const LEAST_PULL: f64 = 0.01;
 
@@ -171,29 +174,28 @@ impl StressMap {
         }
     }
 
-    /// Millimetres along x and y at the corners and in the middle.
+    /// Round millimetres along x and y.
     fn axes(&self, text: &mut String, columns: f64, place: impl Fn([f64; 2]) -> [f64; 2]) {
+        let [x, y] = self.low;
         let [width, height] = [columns, self.rows() as f64].map(|count| count * self.cell);
-        let bottom = place(self.low)[1];
-        for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            let x = self.low[0] + share * width;
-            let at = place([x, self.low[1]])[0];
+        let [left, bottom] = place(self.low);
+        for (millimetres, label) in ticks_within(1e3 * x, 1e3 * (x + width)) {
+            let [at, _] = place([1e-3 * millimetres, y]);
             let _ = writeln!(
                 text,
-                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                bottom + 15.0,
-                millimetres(x)
+                "<path d=\"M{at:.1} {bottom:.1}v4\" stroke=\"#999\"/><text x=\"{at:.1}\" y=\"{:.1}\" \
+                 text-anchor=\"middle\">{label}</text>",
+                bottom + 16.0
             );
         }
-        for share in [0.0, 0.5, 1.0] {
-            let y = self.low[1] + share * height;
-            let at = place([self.low[0], y])[1];
+        for (millimetres, label) in ticks_within(1e3 * y, 1e3 * (y + height)) {
+            let [_, at] = place([x, 1e-3 * millimetres]);
             let _ = writeln!(
                 text,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                MARGIN - 6.0,
-                at + 4.0,
-                millimetres(y)
+                "<path d=\"M{left:.1} {at:.1}h-4\" stroke=\"#999\"/><text x=\"{:.1}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{label}</text>",
+                left - 7.0,
+                at + 4.0
             );
         }
         let _ = writeln!(
@@ -203,12 +205,6 @@ impl StressMap {
             bottom + 32.0
         );
     }
-}
-
-fn millimetres(metres: f64) -> String {
-    let text = format!("{:.1}", metres * 1e3);
-    // No minus before nothing.
-    if text == "-0.0" { "0.0".into() } else { text }
 }
 
 /// Step of the scale, negative where it pulls; `None` for what is not a number. The greater
@@ -257,9 +253,13 @@ fn bar(text: &mut String, [low, high]: [f64; 2], top: f64) {
             colour(shade)
         );
     }
-    let mut places = vec![high, 0.0];
+    let mut places = vec![high];
     if low < 0.0 {
         places.push(low);
+    }
+    let far_from_zero = |value: &f64| value.abs() / span * BAR[0] >= LABEL;
+    if places.iter().all(far_from_zero) {
+        places.push(0.0);
     }
     for value in places {
         let unit = if value == high { " kPa" } else { "" };
