@@ -95,6 +95,12 @@ impl MicrochannelCalibrator<'_> {
             )));
         }
         let largest = signal.largest();
+        if self.layers.iter().any(|layer| layer.initial_pressure > 0.0) {
+            remarks.push(Remark::whole(
+                "the bulging at rest is that of the drawing: a stiffness that is not 1 stands for an initial_pressure as \
+                 many times that of the sensor file",
+            ));
+        }
         let mut readings = Vec::with_capacity(data.len());
         let (mut saturated, mut impossible) = (0, 0);
         for row in 0..data.len() {

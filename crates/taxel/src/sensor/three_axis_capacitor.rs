@@ -231,12 +231,11 @@ impl ThreeAxisCapacitor {
     /// The lengths that the edges of the electrodes follow from.
     pub fn edge_drawing(&self, array: &ArrayDescription) -> EdgeDrawing {
         let (plates, outline) = (&self.plates, &self.outline);
-        let [side, _] = plates.electrode;
         let distance = self.suspension.centre_distance;
         let lines = [array.columns, array.rows];
         let gaps = plates.air_gap.into_iter();
         EdgeDrawing {
-            side,
+            electrode: plates.electrode,
             air_gap: [
                 gaps.clone().fold(f64::INFINITY, f64::min),
                 gaps.fold(0.0, f64::max),
@@ -244,16 +243,18 @@ impl ThreeAxisCapacitor {
             insulation: plates.insulation,
             permittivity: plates.insulation_permittivity,
             electrode_thickness: outline.electrode_thickness,
-            cavity: [
-                0.5 * (distance - side - outline.wall_width),
-                0.5 * (outline.unit_side - distance - side),
-            ],
+            cavity: plates.electrode.map(|side| {
+                [
+                    0.5 * (distance - side - outline.wall_width),
+                    0.5 * (outline.unit_side - distance - side),
+                ]
+            }),
             above: outline.electrode_layer + outline.bump_layer,
             // Both electrode layers are cast alike.
             below: outline.electrode_layer - outline.electrode_thickness,
-            inner: [distance - side; 2],
+            inner: plates.electrode.map(|side| distance - side),
             outer: std::array::from_fn(|axis| {
-                (lines[axis] > 1).then(|| array.pitch[axis] - distance - side)
+                (lines[axis] > 1).then(|| array.pitch[axis] - distance - plates.electrode[axis])
             }),
         }
     }

@@ -40,8 +40,8 @@ pub struct SolvedEdges {
     /// Share of their excesses over a grounded plane, at the air gap of the drawing.
     inner_over_plane: [f64; 2],
     outer_over_plane: [f64; 2],
-    /// A tile alone.
-    alone: EdgeLaw,
+    /// A tile alone: the edges that x and that y cross.
+    alone: [EdgeLaw; 2],
     /// Largest relative error of an excess: of the law, of the mesh and of where the field ends.
     error: f64,
 }
@@ -58,24 +58,37 @@ impl SolvedEdges {
     }
 
     fn solve(drawing: &EdgeDrawing, progress: &mut dyn FnMut(f64)) -> Result<Self, FieldError> {
-        let alone = Edge::new(drawing, None, 0)?;
+        let of = |axis: usize, outer: bool, distance: Option<f64>| {
+            Edge::new(drawing, axis, usize::from(outer), distance)
+        };
+        let square = drawing.electrode[0] == drawing.electrode[1];
+        let alone = both(square, |axis| of(axis, false, None))?;
         progress(0.2);
-        let inner = both(drawing.inner, |distance| {
-            Edge::new(drawing, Some(distance), 0)
-        })?;
+        let same = |[x, y]: [Option<f64>; 2]| square && x == y;
+        let inner = drawing.inner.map(Some);
+        let inner = both(same(inner), |axis| of(axis, false, inner[axis]))?;
         progress(0.5);
-        let outer = both(drawing.outer, |distance| Edge::new(drawing, distance, 1))?;
+        let outer = both(same(drawing.outer), |axis| {
+            of(axis, true, drawing.outer[axis])
+        })?;
         progress(0.8);
-        let edges = [&alone, &inner[0], &inner[1], &outer[0], &outer[1]];
-        let off = edges.map(|edge| edge.off).into_iter().fold(0.0, f64::max);
-        let [near, far] = [inner[0].error_of_field()?, outer[0].error_of_field()?];
-        let error = off + near.max(far);
+        let edges = [alone, inner, outer].into_iter().flatten();
+        let off = edges.map(|edge| edge.off).fold(0.0, f64::max);
+        // The errors of the field are those of the edges along x and, of rectangles, y.
+        let axes = if square { 0..1 } else { 0..2 };
+        let mut of_field = 0.0_f64;
+        for axis in axes {
+            for edge in [inner[axis], outer[axis]] {
+                of_field = of_field.max(edge.error_of_field()?);
+            }
+        }
+        let error = off + of_field;
         Ok(Self {
             inner_over_plane: inner.map(|edge| edge.over_plane),
             outer_over_plane: outer.map(|edge| edge.over_plane),
             inner: inner.map(|edge| edge.law),
             outer: outer.map(|edge| edge.law),
-            alone: alone.law,
+            alone: alone.map(|edge| edge.law),
             error: (SAFETY * error).max(LEAST_ERROR),
         })
     }
@@ -83,7 +96,7 @@ impl SolvedEdges {
     /// True of numbers that edges may have.
     fn is_sound(&self) -> bool {
         let shares = self.inner_over_plane.iter().chain(&self.outer_over_plane);
-        let laws = self.inner.iter().chain(&self.outer).chain([&self.alone]);
+        let laws = self.inner.iter().chain(&self.outer).chain(&self.alone);
         laws.copied().all(EdgeLaw::is_sound)
             && { shares }.all(|share| *share > 0.0 && *share <= 1.0)
             && self.error > 0.0
@@ -105,7 +118,11 @@ impl SolvedEdges {
                     outer: share(self.outer, self.outer_over_plane),
                     corners: 0.0,
                 },
-                TileEdges::alike(self.alone),
+                TileEdges {
+                    inner: self.alone,
+                    outer: self.alone,
+                    corners: 0.0,
+                },
             ],
             error: self.error,
         }
@@ -126,8 +143,15 @@ struct Edge {
 }
 
 impl Edge {
-    /// Beside a grounded neighbour at a distance, m; `side` 0 is inner, 1 is outer.
-    fn new(drawing: &EdgeDrawing, distance: Option<f64>, side: usize) -> Result<Self, FieldError> {
+    /// The edge that an axis crosses, inner (`side` 0) or outer (1), beside a grounded neighbour at a
+    /// distance, m.
+    fn new(
+        drawing: &EdgeDrawing,
+        axis: usize,
+        side: usize,
+        distance: Option<f64>,
+    ) -> Result<Self, FieldError> {
+        let width = drawing.electrode[axis];
         let [least, greatest] = drawing.air_gap;
         let middle = (least * greatest).sqrt();
         let section = EdgeSection {
@@ -135,15 +159,15 @@ impl Edge {
             insulation: drawing.insulation,
             permittivity: drawing.permittivity,
             electrode_thickness: drawing.electrode_thickness,
-            half_width: 0.5 * drawing.side,
-            cavity: drawing.cavity[side],
+            half_width: 0.5 * width,
+            cavity: drawing.cavity[axis][side],
             environment: distance.map_or(EdgeEnvironment::Isolated, EdgeEnvironment::Grounded),
             above: drawing.above,
             below: drawing.below,
-            neighbour_width: drawing.side,
+            neighbour_width: width,
             grounded_plane: false,
-            margin: MARGINS[0] * drawing.side,
-            air_above: MARGINS[1] * drawing.side,
+            margin: MARGINS[0] * width,
+            air_above: MARGINS[1] * width,
         };
         let [from, to] = [NARROWEST * least, WIDEST * greatest];
         let points = (0..=RATIOS).map(|k| {
@@ -186,24 +210,27 @@ impl Edge {
 }
 
 /// The edges that x and y cross; if they are alike they are solved once.
-fn both<D: PartialEq + Copy>(
-    [x, y]: [D; 2],
-    solve: impl Fn(D) -> Result<Edge, FieldError>,
+fn both(
+    alike: bool,
+    solve: impl Fn(usize) -> Result<Edge, FieldError>,
 ) -> Result<[Edge; 2], FieldError> {
-    let of_x = solve(x)?;
-    Ok([of_x, if x == y { of_x } else { solve(y)? }])
+    let of_x = solve(0)?;
+    Ok([of_x, if alike { of_x } else { solve(1)? }])
 }
 
 /// All that the edges follow from.
 fn question(drawing: &EdgeDrawing) -> Question {
     let lengths = [
-        ("side", drawing.side),
+        ("electrode_x", drawing.electrode[0]),
+        ("electrode_y", drawing.electrode[1]),
         ("least_air_gap", drawing.air_gap[0]),
         ("greatest_air_gap", drawing.air_gap[1]),
         ("insulation", drawing.insulation),
         ("electrode_thickness", drawing.electrode_thickness),
-        ("inner_cavity", drawing.cavity[0]),
-        ("outer_cavity", drawing.cavity[1]),
+        ("inner_cavity_x", drawing.cavity[0][0]),
+        ("outer_cavity_x", drawing.cavity[0][1]),
+        ("inner_cavity_y", drawing.cavity[1][0]),
+        ("outer_cavity_y", drawing.cavity[1][1]),
         ("above", drawing.above),
         ("below", drawing.below),
         ("inner_x", drawing.inner[0]),

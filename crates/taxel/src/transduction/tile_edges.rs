@@ -354,8 +354,8 @@ impl TileEdges {
 /// The lengths of a unit that its edges follow from, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeDrawing {
-    /// Side of the square electrode.
-    pub side: f64,
+    /// Sides of the electrode along x and y.
+    pub electrode: [f64; 2],
     /// Narrowest and widest air gap of the unit.
     pub air_gap: [f64; 2],
     /// Insulation on the lower electrode.
@@ -364,8 +364,8 @@ pub struct EdgeDrawing {
     pub permittivity: f64,
     /// Thickness of an electrode.
     pub electrode_thickness: f64,
-    /// Air beyond the inner and the outer edges, up to the wall.
-    pub cavity: [f64; 2],
+    /// Air beyond the inner and the outer edges, up to the wall, along x and along y.
+    pub cavity: [[f64; 2]; 2],
     /// Solid above the air gap.
     pub above: f64,
     /// Solid below the lower electrode.
@@ -446,24 +446,24 @@ const DRAWN_ERROR: f64 = 2e-3;
 impl EdgeDrawing {
     /// True if the lengths make a section: electrodes on layers, a wall between cavities.
     pub fn is_section(&self) -> bool {
-        let outer = self.outer.into_iter().flatten();
-        let walls = { self.inner }
-            .into_iter()
-            .map(|distance| (distance, self.cavity[0]));
-        let mut walls = walls.chain(outer.map(|distance| (distance, self.cavity[1])));
+        let walled = |axis: usize| {
+            let [inner, outer] = self.cavity[axis];
+            let beyond = self.outer[axis].is_none_or(|distance| distance > 2.0 * outer);
+            inner > 0.0 && outer > 0.0 && self.inner[axis] > 2.0 * inner && beyond
+        };
+        let [along_x, along_y] = self.electrode;
         let lengths = [
-            self.side,
+            along_x,
+            along_y,
             self.insulation,
             self.electrode_thickness,
             self.below,
+            self.air_gap[0],
         ];
-        let [inner, outer] = self.cavity;
-        lengths
-            .into_iter()
-            .chain([inner, outer, self.air_gap[0]])
-            .all(|length| length > 0.0)
+        lengths.into_iter().all(|length| length > 0.0)
             && self.above > self.electrode_thickness
-            && walls.all(|(distance, cavity)| distance > 2.0 * cavity)
+            && walled(0)
+            && walled(1)
     }
 
     /// The edges by the table.
@@ -514,7 +514,17 @@ impl EdgeDrawing {
     /// The scale of the drawing over that of the table, and the share of the excess that its
     /// other lengths leave.
     fn scaled(&self) -> Result<(f64, f64), OutsideEdges> {
-        let scale = self.side / (2.0 * EXCESSES.half_width * UM);
+        let [along_x, along_y] = self.electrode;
+        if !same(along_y, along_x) {
+            return Err(OutsideEdges {
+                key: "plates.electrode",
+                quantity: "square electrodes, along y",
+                given: along_y / UM,
+                range: [along_x / UM; 2],
+                unit: " um",
+            });
+        }
+        let scale = along_x / (2.0 * EXCESSES.half_width * UM);
         let um = scale * UM;
         let within = |key, quantity, given: f64, unit: &'static str, size: f64, range: [f64; 2]| {
             let outside = OutsideEdges {
@@ -552,7 +562,8 @@ impl EdgeDrawing {
             (
                 "outline.wall_width",
                 "air beyond the electrode",
-                0.5 * (self.cavity[0] + self.cavity[1]),
+                // Square electrodes have the same air along x and y.
+                0.5 * (self.cavity[0][0] + self.cavity[0][1]),
             ),
             (
                 "outline.electrode_layer",

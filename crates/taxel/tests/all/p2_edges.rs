@@ -8,19 +8,19 @@ use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
 use taxel::solutions::Afresh;
 use taxel::transduction::{
     DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, INNER_DISTANCE,
-    OUTER_DISTANCE, Plates, SolvedEdges, VACUUM_PERMITTIVITY, corner_capacitance,
+    OUTER_DISTANCE, Plates, SolvedEdges, TileEdges, VACUUM_PERMITTIVITY, corner_capacitance,
 };
 use taxel_fem::field::cases::{Beside, FacingPlates};
 
 /// The lengths of P2, in an array.
 fn drawing() -> EdgeDrawing {
     EdgeDrawing {
-        side: 400e-6,
+        electrode: [400e-6; 2],
         air_gap: [6e-6; 2],
         insulation: 6e-6,
         permittivity: 2.7,
         electrode_thickness: 20e-6,
-        cavity: [100e-6; 2],
+        cavity: [[100e-6; 2]; 2],
         below: 280e-6,
         above: 400e-6,
         inner: [INNER_DISTANCE; 2],
@@ -285,7 +285,6 @@ fn slopes_with_edges_are_derivatives() {
 fn the_law_scales_with_the_drawing() {
     let (small, mut large) = (drawing(), drawing());
     for length in [
-        &mut large.side,
         &mut large.insulation,
         &mut large.electrode_thickness,
         &mut large.above,
@@ -294,7 +293,8 @@ fn the_law_scales_with_the_drawing() {
         *length *= 2.0;
     }
     large.air_gap = large.air_gap.map(|gap| 2.0 * gap);
-    large.cavity = large.cavity.map(|cavity| 2.0 * cavity);
+    large.electrode = large.electrode.map(|side| 2.0 * side);
+    large.cavity = large.cavity.map(|cavity| cavity.map(|air| 2.0 * air));
     large.inner = large.inner.map(|distance| 2.0 * distance);
     large.outer = large.outer.map(|distance| distance.map(|d| 2.0 * d));
     let of = |drawing: EdgeDrawing, scale: f64| {
@@ -353,23 +353,24 @@ fn lengths_beyond_the_table_are_named() {
     );
 }
 
-/// The section of an inner (0) or an outer edge (1) of a drawing.
-fn section_of(drawing: &EdgeDrawing, side: usize, air_gap: f64) -> EdgeSection {
-    let distance = [Some(drawing.inner[0]), drawing.outer[0]][side];
+/// The section of an inner (0) or an outer edge (1) of a drawing that an axis crosses.
+fn section_of(drawing: &EdgeDrawing, axis: usize, side: usize, air_gap: f64) -> EdgeSection {
+    let distance = [Some(drawing.inner[axis]), drawing.outer[axis]][side];
+    let width = drawing.electrode[axis];
     EdgeSection {
         air_gap,
         insulation: drawing.insulation,
         permittivity: drawing.permittivity,
         electrode_thickness: drawing.electrode_thickness,
-        half_width: 0.5 * drawing.side,
-        cavity: drawing.cavity[side],
+        half_width: 0.5 * width,
+        cavity: drawing.cavity[axis][side],
         environment: distance.map_or(EdgeEnvironment::Isolated, EdgeEnvironment::Grounded),
         above: drawing.above,
         below: drawing.below,
-        neighbour_width: drawing.side,
+        neighbour_width: width,
         grounded_plane: false,
-        margin: 18.0 * drawing.side,
-        air_above: 8.0 * drawing.side,
+        margin: 18.0 * width,
+        air_above: 8.0 * width,
     }
 }
 
@@ -383,11 +384,11 @@ fn random_drawing(random: &mut ChaCha8Rng, most: f64) -> EdgeDrawing {
         let mut varied = |length: f64| length * scale * factor(most);
         let air = varied(6e-6);
         let found = EdgeDrawing {
-            side: 400e-6 * scale,
+            electrode: [400e-6 * scale; 2],
             air_gap: [air; 2],
             insulation: varied(drawn.insulation),
             electrode_thickness: varied(drawn.electrode_thickness),
-            cavity: [varied(100e-6), varied(100e-6)],
+            cavity: [[varied(100e-6), varied(100e-6)]; 2],
             above: varied(drawn.above),
             below: varied(drawn.below),
             inner: [varied(INNER_DISTANCE); 2],
@@ -418,11 +419,13 @@ fn compare(
         seen += 1;
         let air = drawing.air_gap[0] * (0.4 + 0.9 * random.random::<f64>());
         let grounded = &edges.grounded;
-        for (side, law) in [grounded.inner[0], grounded.outer[0]]
-            .into_iter()
-            .enumerate()
-        {
-            let section = section_of(&drawing, side, air);
+        let square = drawing.electrode[0] == drawing.electrode[1];
+        for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            if square && axis == 1 {
+                continue;
+            }
+            let law = [grounded.inner, grounded.outer][side][axis];
+            let section = section_of(&drawing, axis, side, air);
             let off = law.excess(air) / section.solve_at(3).unwrap() - 1.0;
             let share = off.abs() / edges.error;
             if share > used {
@@ -459,6 +462,43 @@ fn edges_of_random_drawings_are_within_their_stated_errors() {
     assert!(used <= 1.0, "{used}");
 }
 
+/// A rectangle has the edges of two sections: those that x crosses are of a square with its side along
+/// x, and its plate and edges along y are of that one's length.
+#[test]
+fn edges_of_rectangles_are_those_of_both_sections() {
+    let of_electrode = |electrode: [f64; 2]| {
+        let drawing = EdgeDrawing {
+            electrode,
+            inner: electrode.map(|side| 700e-6 - side),
+            outer: electrode.map(|side| Some(1600e-6 - side)),
+            cavity: electrode.map(|side| [0.5 * (600e-6 - side), 100e-6]),
+            air_gap: [11e-6; 2],
+            ..drawing()
+        };
+        solved(&drawing).unwrap().grounded
+    };
+    let rectangle = of_electrode([400e-6, 250e-6]);
+    let squares = [400e-6, 250e-6].map(|side| of_electrode([side; 2]));
+    for axis in 0..2 {
+        assert_eq!(rectangle.inner[axis], squares[axis].inner[axis]);
+        assert_eq!(rectangle.outer[axis], squares[axis].outer[axis]);
+    }
+    assert_ne!(rectangle.inner[0], rectangle.inner[1]);
+    let along = |edges: TileEdges, sides: [f64; 2]| {
+        edges.at(sides, 11e-6, [0.0; 2]).capacitance - edges.corners
+    };
+    let turned = TileEdges {
+        inner: [rectangle.inner[1], rectangle.inner[0]],
+        outer: [rectangle.outer[1], rectangle.outer[0]],
+        ..rectangle
+    };
+    let [one, other] = [
+        along(rectangle, [400e-6, 250e-6]),
+        along(turned, [250e-6, 400e-6]),
+    ];
+    assert!((one / other - 1.0).abs() < 1e-12, "{one} {other}");
+}
+
 #[test]
 #[ignore = "minutes: cargo test --release -p taxel --test all p2_edges -- --ignored --nocapture hundred_solved"]
 fn edges_of_a_hundred_solved_drawings_are_within_their_stated_errors() {
@@ -481,9 +521,9 @@ fn corners_of_other_drawings_in_space() {
         for reach in [2.25, 9.0] {
             let alone = EdgeSection {
                 environment: EdgeEnvironment::Isolated,
-                margin: reach * drawing.side,
-                air_above: reach / 2.25 * drawing.side,
-                ..section_of(&drawing, 1, drawing.air_gap[0])
+                margin: reach * drawing.electrode[0],
+                air_above: reach / 2.25 * drawing.electrode[0],
+                ..section_of(&drawing, 0, 1, drawing.air_gap[0])
             };
             let ([space, by_edges], _) = alone.square_alone(1.0).unwrap();
             let (found, taken) = (space - by_edges, edges.grounded.corners);

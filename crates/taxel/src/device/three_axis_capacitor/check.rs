@@ -112,6 +112,19 @@ fn check_suspension(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     }
     let drawing = array.unit_drawing();
     if suspension.from_drawing.is_some() {
+        let [x, y] = array.element.plates.electrode;
+        require(
+            (x - y).abs() <= SAME_LENGTH,
+            "element.three_axis_capacitor.plates.electrode",
+            || {
+                format!(
+                    "the stiffness follows from the drawing of square electrodes, not of {} by {}",
+                    micrometres(x),
+                    micrometres(y)
+                )
+            },
+            "give equal sides, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of from_drawing",
+        )?;
         check_unit(&drawing)?;
     }
     if let Err(outside) = suspension.model(&drawing) {
@@ -211,13 +224,6 @@ fn check_edges(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     }
     let help = "change this length, or type parallel_capacitance in: what edges and leads add \
                 to each plate pair, such as \"30 fF\"";
-    let [x, y] = plates.electrode;
-    require(
-        (x - y).abs() <= SAME_LENGTH,
-        "element.three_axis_capacitor.plates.electrode",
-        || "the edges follow from the drawing for square electrodes alone".into(),
-        help,
-    )?;
     require(
         plates.insulation > 0.0,
         "element.three_axis_capacitor.plates.insulation",
