@@ -276,7 +276,8 @@ impl ThreeAxisCapacitor {
             bump_top: outline.bump_top,
             air_gap: plates.air_gap.into_iter().sum::<f64>() / 4.0,
             insulation: plates.insulation,
-            pitch: pitch[0],
+            // The nearer neighbours stiffen a unit more.
+            pitch: pitch[0].min(pitch[1]),
         }
     }
 

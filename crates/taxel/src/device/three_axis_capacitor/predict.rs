@@ -108,8 +108,8 @@ struct ToSolve {
     solution: UnitSolution,
     /// Relative permittivity of the insulation.
     permittivity: f64,
-    /// True if a unit has a neighbour along a row.
-    in_row: bool,
+    /// Spacing of the units of a row, m, if a unit has a neighbour there.
+    row_pitch: Option<f64>,
 }
 
 impl ThreeAxisPredictor {
@@ -152,7 +152,7 @@ impl ThreeAxisPredictor {
                 drawing: array.unit_drawing(),
                 solution: UnitSolution::default(),
                 permittivity: element.plates.insulation_permittivity,
-                in_row: array.layout().columns > 1,
+                row_pitch: (array.layout().columns > 1).then_some(array.sensor.array.pitch[0]),
             }),
             ..Self::new(array)
         })
@@ -378,9 +378,13 @@ impl Predictor for ThreeAxisPredictor {
             .drawing
             .solve(&unit.solution)
             .map_err(|failure| failure.to_string())?;
-        progress(if unit.in_row { 0.1 } else { 0.2 });
-        let beside = if unit.in_row {
-            let found = unit.drawing.crosstalk(&unit.solution);
+        progress(if unit.row_pitch.is_some() { 0.1 } else { 0.2 });
+        let beside = if let Some(pitch) = unit.row_pitch {
+            let row = UnitDrawing {
+                pitch,
+                ..unit.drawing
+            };
+            let found = row.crosstalk(&unit.solution);
             progress(0.3);
             in_words(&found.map_err(|failure| failure.to_string())?)
         } else {
