@@ -41,8 +41,7 @@ pub struct OutsideElementTable {
     pub allowed: String,
 }
 
-/// Area of the disc, area and thickness of the element of the table.
-const DISC_AREA: f64 = 100e-6;
+/// Area and thickness of the element of the table.
 const ELEMENT_AREA: f64 = 4e-6;
 const ELEMENT_THICKNESS: f64 = 0.127e-3;
 /// Thicknesses at which all cases were solved, m.
@@ -59,13 +58,16 @@ impl SeatedElement {
 }
 
 impl SeatedSetting {
+    /// Area of the disc of the table, m².
+    pub const DISC_AREA: f64 = 100e-6;
+
     fn check(&self) -> Result<(), OutsideElementTable> {
         let same = |found: f64, solved: f64| (found / solved - 1.0).abs() < SAME;
         for (quantity, found, solved, unit, scale) in [
             (
                 "the area of the disc",
                 self.disc_area,
-                DISC_AREA,
+                Self::DISC_AREA,
                 "mm2",
                 1e-6,
             ),

@@ -2,6 +2,7 @@
 
 use super::PiezoelectricArray;
 use crate::electronics::LastStage;
+use crate::mechanics::SeatedSetting;
 use crate::sensor::{
     Broken, CoverContact, InPlane, SAME_LENGTH, Seat, check_scan_time, micrometres, require,
     rounded_down, rounded_up,
@@ -116,7 +117,20 @@ fn check_seat(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
         &key("in_plane"),
         || "the stress in the plane of an element is known under a rigid disc only".into(),
         "write cover.contact = \"rigid_disc\", or in_plane = \"ignored\"",
-    )
+    )?;
+    // All that a load does not say: whether the drawing was solved.
+    let (cover, ceramic) = (&description.cover, &description.ceramic);
+    let setting = SeatedSetting {
+        disc_area: SeatedSetting::DISC_AREA,
+        element_area: ceramic.side * ceramic.side,
+        element_thickness: ceramic.thickness,
+        thickness: cover.thickness,
+    };
+    let element = setting.element(description.seat_height(), cover.rim, cover.grip);
+    element.map(drop).map_err(|outside| {
+        let help = "draw what was solved, or write in_plane = \"ignored\"";
+        Broken::new(&key("in_plane"), outside.to_string(), help)
+    })
 }
 
 fn check_preload(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
