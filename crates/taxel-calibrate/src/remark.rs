@@ -26,6 +26,12 @@ impl Remark {
         lines.first().map(|line| Self::at(*line, &message))
     }
 
+    /// One remark of what holds for several subjects alike, with the list of them; none without any.
+    pub(crate) fn of_each(what: &str, subjects: &[String]) -> Option<Self> {
+        let listed = || Self::whole(format!("{what}: {}", subjects.join(", ")));
+        (!subjects.is_empty()).then(listed)
+    }
+
     /// A remark about all readings.
     pub fn whole(message: impl Into<String>) -> Self {
         Self {

@@ -9,6 +9,7 @@ use taxel::estimation::{
     ArrayEstimator, ChannelState, FrameError, State, TouchEvent, TouchEventKind, Why,
 };
 use taxel::sensor::Sensor;
+use taxel::trained::TrainedMaps;
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainedOutcome, TrainingFile, train,
 };
@@ -83,15 +84,18 @@ fn trained(sensor: &Sensor, gains: &[f64], seed: u64) -> TrainedOutcome {
     train(&named, &groups, &CalibrateOptions::default()).unwrap()
 }
 
-/// The calibrated sensor, through the text of the file.
-fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
-    let text = outcome.to_toml(&Provenance {
+fn text_of(outcome: &TrainedOutcome) -> String {
+    outcome.to_toml(&Provenance {
         version: "0",
         date: "2026-01-01",
         data: "runs",
         data_hash: "0",
-    });
-    let file = CalibrationFile::parse("c.toml", &text).unwrap();
+    })
+}
+
+/// The calibrated sensor, through the text of the file.
+fn calibrated(sensor: &Sensor, outcome: &TrainedOutcome) -> Sensor {
+    let file = CalibrationFile::parse("c.toml", &text_of(outcome)).unwrap();
     assert_eq!(file.trained.as_ref(), Some(&outcome.maps));
     let named = NamedSensor {
         name: "six.toml",
@@ -179,6 +183,59 @@ fn one_run_says_that_it_is_one_and_leaves_the_gain_free() {
     assert!(two[1] < 0.9 * one[1], "{one:?} {two:?}");
     // 2 % of the force at least, of 3 N in the mean of those above 0.5 N.
     assert!(one[1] > 0.06, "{one:?}");
+}
+
+/// A file without the keys that came later: what they hold is then as it was before.
+#[test]
+fn a_file_of_before_is_read() {
+    let sensor = sensor();
+    let run = |seed: u64| {
+        let rows = rows(1.0, seed).into_iter();
+        let rows = rows.map(|(time, force, readings)| (time, vec![0.5 * force, force], readings));
+        tables::table(format!("run{seed}.csv"), "force_x [N],force_z [N]", rows)
+    };
+    let named = NamedSensor {
+        name: "six.toml",
+        text: "",
+        sensor: &sensor,
+    };
+    let outcome = train(&named, &[run(3), run(4)], &CalibrateOptions::default()).unwrap();
+    let mut file: toml::Table = toml::from_str(&text_of(&outcome)).unwrap();
+    let table = |value: &mut toml::Table, key: &str| {
+        let table = value.get_mut(key).and_then(toml::Value::as_table_mut);
+        std::mem::take(table.unwrap())
+    };
+    let mut trained = table(&mut file, "trained");
+    let mut force = table(&mut trained, "force");
+    let mut between = table(&mut force, "between_runs");
+    let mut rest = table(&mut trained, "rest");
+    let without = |table: &mut toml::Table, key: &str| {
+        assert!(table.remove(key).is_some(), "{key}");
+    };
+    let components = force["components"].as_array_mut().unwrap();
+    without(components[0].as_table_mut().unwrap(), "between_runs");
+    without(&mut between, "degrees");
+    without(&mut force, "reciprocal");
+    without(&mut force, "mixed");
+    without(&mut rest, "recovery");
+    force.insert("between_runs".into(), between.into());
+    trained.insert("force".into(), force.into());
+    trained.insert("rest".into(), rest.into());
+    let maps: TrainedMaps = trained.try_into().unwrap();
+    maps.check().unwrap();
+    let (before, now) = (maps.force.unwrap(), outcome.maps.force.unwrap());
+    assert_eq!(maps.rest.unwrap().recovery, 0.0);
+    assert!(!before.reciprocal && before.mixed.count() == 0);
+    assert_eq!(before.components[0].ridge, now.components[0].ridge);
+    // Within its run, as it was stated then; and Student's factor is in the numbers of the file.
+    let component = &before.components[0];
+    assert_eq!(
+        component.deviation(2.0, 0.1),
+        0.1 * component.interval_factor
+    );
+    let between = before.between_runs;
+    assert_eq!(between.beside(0.1, 2.0), 0.1_f64.hypot(between.at(2.0)));
+    assert!(now.between_runs.beside(0.1, 2.0) > between.beside(0.1, 2.0));
 }
 
 #[test]
@@ -354,7 +411,7 @@ fn a_masked_channel_is_left_out_of_the_maps_and_of_the_frames() {
         .iter()
         .map(ToString::to_string)
         .collect();
-    let about = "channel 3 (chip c) is masked and is left out";
+    let about = "masked channels are left out: 3 (chip c)";
     assert!(remarks.iter().any(|remark| remark == about), "{remarks:?}");
     let sound = calibrated(&masked, &outcome);
     for reads in [f64::NAN, 0.0, 1e9] {

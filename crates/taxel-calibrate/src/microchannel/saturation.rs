@@ -134,6 +134,7 @@ impl MicrochannelCalibrator<'_> {
     ) -> Constants {
         let signal = &self.board.signal;
         let (unit, largest) = (signal.unit().1, signal.largest());
+        let (mut saturated, mut open) = (Vec::new(), Vec::new());
         let one = |channel: &usize| {
             let name = format!("{CHANNEL}_{channel}");
             let read = of.series.iter().flatten();
@@ -148,9 +149,7 @@ impl MicrochannelCalibrator<'_> {
                 )
             };
             let Some(plateau) = of.context[*channel] else {
-                let message =
-                    format!("{name}: saturation was not reached: it is at least {most:.4} {unit}");
-                remarks.push(Remark::whole(message));
+                open.push(format!("{most:.4} {unit} ({name})"));
                 let estimate = Estimate {
                     value: self.board.saturation,
                     deviation: (largest - most) / 12.0_f64.sqrt(),
@@ -161,11 +160,11 @@ impl MicrochannelCalibrator<'_> {
             };
             let deviation = plateau.scatter / (plateau.count as f64).sqrt();
             let half = student_quantile(0.975, plateau.count - 1) * deviation;
-            remarks.push(Remark::whole(format!(
-                "{name}: saturated from {:.4} kPa on, {} readings of loading",
+            saturated.push(format!(
+                "{:.4} kPa on, {} readings of loading ({name})",
                 plateau.from * 1e-3,
                 plateau.count
-            )));
+            ));
             let estimate = Estimate {
                 value: plateau.signal,
                 deviation,
@@ -174,6 +173,10 @@ impl MicrochannelCalibrator<'_> {
             };
             (parameter, estimate)
         };
-        series_of(&of.fits[0].readings).iter().map(one).collect()
+        let found = series_of(&of.fits[0].readings).iter().map(one).collect();
+        remarks.extend(Remark::of_each("saturated from", &saturated));
+        let what = "saturation was not reached and is at least";
+        remarks.extend(Remark::of_each(what, &open));
+        found
     }
 }

@@ -35,20 +35,19 @@ impl ThreeAxisCalibrator<'_> {
              as a measured parallel_capacitance of {middle:.1} fF with a deviation of {deviation:.1} fF, common to the four; leads and board are not in it: \
              measure them, or type parallel_capacitance in"
         )));
-        for fitted in fits {
-            let beyond = fitted.fit.estimates[..GAP]
-                .iter()
-                .position(|estimate| !(least..=greatest).contains(&(estimate.value * 1e15)));
-            if let Some(place) = beyond {
-                remarks.push(Remark::whole(format!(
-                    "{}: its readings have {:.1} fF parallel to capacitor {}, which the surroundings of the drawing do not \
-                     explain: give the measured parallel_capacitance_11 to _22 [fF], or type parallel_capacitance in",
-                    name_of(&fitted.readings),
-                    fitted.fit.estimates[place].value * 1e15,
-                    CAPACITORS[place]
-                )));
-            }
-        }
+        let beyond = |fitted: &&Fitted| {
+            let gaps = &fitted.fit.estimates[..GAP];
+            let parallel = gaps.iter().map(|estimate| estimate.value * 1e15);
+            let mut numbered = parallel.zip(CAPACITORS);
+            let (parallel, capacitor) =
+                numbered.find(|(parallel, _)| !(least..=greatest).contains(parallel))?;
+            let name = name_of(&fitted.readings);
+            Some(format!("{name} {parallel:.1} fF (capacitor {capacitor})"))
+        };
+        let beyond: Vec<String> = fits.iter().filter_map(beyond).collect();
+        let what = "parallel to a capacitor the readings have what the surroundings of the drawing do not explain, so give the measured \
+             parallel_capacitance_11 to _22 [fF], or type parallel_capacitance in";
+        remarks.extend(Remark::of_each(what, &beyond));
     }
 }
 
@@ -105,16 +104,18 @@ impl Findings for ThreeAxisCalibrator<'_> {
         if of.context.measured.is_none() {
             self.by_the_drawing(of, remarks);
         }
+        let mut losses = Vec::new();
         for (fitted, series) in of.fits.iter().zip(of.series) {
             let (unit, name) = (self.unit(fitted), name_of(series));
             for (axis, label) in AXES.iter().enumerate() {
                 let share = lost(&unit, series, axis).unwrap_or(0.0);
                 if share.abs() > WORTH_A_REMARK {
                     let loss = loss_in_words(share, &format!("force_{label}"));
-                    remarks.push(Remark::whole(format!("{name}: {loss}")));
+                    losses.push(format!("{name} {loss}"));
                 }
             }
         }
+        remarks.extend(Remark::of_each("unloading", &losses));
         Vec::new()
     }
 

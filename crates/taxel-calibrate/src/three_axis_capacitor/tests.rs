@@ -470,12 +470,12 @@ fn hysteresis_is_remarked_on() {
             ..SyntheticOptions::default()
         });
         let outcome = calibrator.calibrate(&parse(&text), &no_hold_out()).unwrap();
-        let found = outcome
-            .remarks
-            .iter()
-            .find(|r| r.message.contains("% of the force_z"));
-        let message = &found.expect("a remark").message;
-        let word = message.split_whitespace().nth(3).unwrap();
+        let remarks = outcome.remarks.iter();
+        let mut losses = remarks.flat_map(|remark| remark.message.split(", "));
+        let message = losses.find(|loss| loss.contains("% of the force_z"));
+        let message = message.expect("a remark");
+        let (_, share) = message.split_once("hysteresis loss ").unwrap();
+        let word = share.split_whitespace().next().unwrap();
         // Loading carries 10 % more, unloading 9.1 % less; what is lost only
         // behind the turn, and the light presses, take up to a tenth off.
         let share: f64 = word.parse().unwrap();

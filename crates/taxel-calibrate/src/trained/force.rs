@@ -80,7 +80,9 @@ pub(super) fn train(
     found.remarks.push(among(&chosen, runs.len()));
     found.remarks.push(of_runs(&chosen, runs.len()));
     report(&chosen, runs.len(), found);
-    let components = trained_components(&chosen.map, &sessions, &chosen.options).map_err(failed)?;
+    let (map, options) = (&chosen.map, &chosen.options);
+    let components =
+        trained_components(map, &sessions, options, (rest, relation)).map_err(failed)?;
     for one in &components {
         let (name, unit) = (one.map.component.name(), one.map.component.unit());
         let held_out = &one.held_out;

@@ -256,15 +256,18 @@ fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remar
         .collect();
     out.sort_unstable();
     out.dedup();
-    for channel in out {
-        let name = names.get(channel - 1).map_or("", String::as_str);
-        let why = match masked.get(channel - 1) {
-            Some(true) => "is masked",
-            _ => "does not change",
+    let is_masked = |channel: &usize| masked.get(channel - 1) == Some(&true);
+    let (masked, constant): (Vec<usize>, Vec<usize>) = out.into_iter().partition(is_masked);
+    for (channels, what) in [
+        (masked, "masked channels are left out"),
+        (constant, "channels that do not change are left out"),
+    ] {
+        let named = |channel: &usize| {
+            let name = names.get(channel - 1).map_or("", String::as_str);
+            format!("{channel} ({name})")
         };
-        remarks.push(Remark::whole(format!(
-            "channel {channel} ({name}) {why} and is left out"
-        )));
+        let channels: Vec<String> = channels.iter().map(named).collect();
+        remarks.extend(Remark::of_each(what, &channels));
     }
 }
 

@@ -8,48 +8,68 @@
 
 use rayon::prelude::*;
 use taxel::trained::{
-    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainedMaps,
-    TrainingError,
+    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainingError,
 };
 use taxel_numerics::split_mix;
 
-use super::force::{
-    blocks_of, features_of, intervals_of, known_before, moments_of, moments_of_all, trained_force,
-};
-use super::{ForceOptions, HeldOutForce, Score, Series, Session, blocks_of_time, replayed};
+use super::force::{Within, features_of, intervals_of, trained_force};
+use super::replay::{Live, Of};
+use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
 
-/// Knowledge before any run is held out: deviation of the gain, and that of the offset
-/// over the largest force. The public recordings of a printed lattice, one run under the
-/// best maps of the other, have gains of 0.1 to 1.3 % and offsets of 0 to 0.25 N of 32 N.
+/// Knowledge before any run is held out: deviation of the gain of one run from that of another,
+/// and of the offset over the largest force. The public recordings of a printed lattice, one run
+/// under the best maps of the other, have gains of 0.1 to 1.3 % and offsets of 0 to 0.25 N of 32 N.
 const USUAL: [f64; 2] = [0.01, 0.003];
-/// As many runs as this knowledge counts for.
-const USUAL_RUNS: f64 = 2.0;
-/// t of 2 to 9 degrees of freedom that 95 % lie within, over that of the normal law.
-const STUDENT: [f64; 8] = [2.195, 1.624, 1.417, 1.312, 1.249, 1.206, 1.177, 1.154];
+/// Degrees of freedom that this knowledge counts for.
+const USUAL_DEGREES: u32 = 2;
 
 /// Variance of a run about the mean of so many others, over that of runs about their mean.
 fn of_mean(runs: usize) -> f64 {
     1.0 + 1.0 / runs.max(1) as f64
 }
 
-/// From offset and gain of each run that was held out; `peak` is the
-/// largest force, N.
+/// Error of a run that was held out, over its estimates.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    /// Offset, N, and gain.
+    values: [f64; 2],
+    /// Variances that the rest of the errors gives them.
+    noise: [f64; 2],
+}
+
+/// From the lines of the runs that were held out; `peak` is the largest force, N.
 ///
-/// `trained` runs made the map whose next run this is about. Runs that vary
-/// by s² about their mean lie s² (1 + 1/R) from the mean of R others, and
-/// each of those that were held out from that of one less.
-fn between_runs(lines: &[[f64; 2]], peak: f64, trained: usize) -> BetweenRuns {
-    let share = of_mean(trained) / of_mean(lines.len().saturating_sub(1));
+/// `trained` runs made the map whose next run this is about. Runs that vary by s² about their mean
+/// lie s² (1 + 1/R) from the mean of R others. Each run that was held out lies R/(R − 1) as far from
+/// the mean of the others as from that of all, so the lines of R runs have R − 1 degrees of
+/// freedom. What they have in common is no difference between runs, and what the rest of the
+/// errors gives them is none either.
+fn between_runs(lines: &[Line], peak: f64, trained: usize) -> BetweenRuns {
+    let runs = lines.len().max(1);
+    let own = runs - 1;
+    let degrees = USUAL_DEGREES + u32::try_from(own).unwrap_or(u32::MAX / 2);
     let variance = |member: usize, usual: f64| {
-        let squares: f64 = lines.iter().map(|line| line[member].powi(2)).sum();
-        (USUAL_RUNS * usual * usual + share * squares) / (USUAL_RUNS + lines.len() as f64)
+        let mean = common(lines)[member];
+        let share = own as f64 / runs as f64;
+        let squares = lines.iter().map(|line| {
+            let apart = share * (line.values[member] - mean);
+            apart * apart - share * line.noise[member]
+        });
+        let usual = f64::from(USUAL_DEGREES) * usual * usual / of_mean(1);
+        of_mean(trained) * (usual + squares.sum::<f64>().max(0.0)) / f64::from(degrees)
     };
-    let student = STUDENT[lines.len().min(STUDENT.len() - 1)];
     BetweenRuns {
-        offset: student * variance(0, USUAL[1] * peak).sqrt(),
-        gain: student * variance(1, USUAL[0]).sqrt(),
-        runs: lines.len().max(1),
+        offset: variance(0, USUAL[1] * peak).sqrt(),
+        gain: variance(1, USUAL[0]).sqrt(),
+        runs,
+        degrees: Some(degrees),
     }
+}
+
+/// Mean of the lines: what maps of fewer runs do to all of them alike.
+fn common(lines: &[Line]) -> [f64; 2] {
+    let count = lines.len().max(1) as f64;
+    [0, 1].map(|member| lines.iter().map(|line| line.values[member]).sum::<f64>() / count)
 }
 
 /// A force map with what the held-out rows say of it.
@@ -79,7 +99,7 @@ pub struct AcrossRuns {
 /// Parts of a run whose errors are resampled: errors of neighbours move together.
 const PARTS: usize = 5;
 /// A stronger prior may have no more than this much of the mean square error of the best.
-const NO_WORSE: f64 = 1.05;
+pub(super) const NO_WORSE: f64 = 1.05;
 /// Resamplings.
 const RESAMPLED: u64 = 400;
 
@@ -192,9 +212,6 @@ impl AcrossRuns {
             .iter()
             .map(|run| features_of(map, run))
             .collect::<Result<_, TrainingError>>()?;
-        let blocks = blocks_of(&readings, options);
-        let parts = moments_of(&readings, &blocks)?;
-        let all = moments_of_all(&parts)?;
         // Deviations without what the held-out rows have yet to say.
         let bare = |ridge| ForceMap {
             ridge,
@@ -205,62 +222,16 @@ impl AcrossRuns {
             between_runs: BetweenRuns::default(),
             ..map.clone()
         };
-        let played = |force: ForceMap, run: usize| {
-            let maps = TrainedMaps {
-                channels: map.standard.channels,
-                rest: Some(rest.clone()),
-                position: None,
-                force: Some(force),
-                relation: relation.cloned(),
-            };
-            let sensor = &runs[run].sensor;
-            let frames = replayed(&maps, sensor)?
-                .into_iter()
-                .map(Vec::from)
-                .collect();
-            Series::new(sensor.times().to_vec(), frames).ok_or(TrainingError::TooFew {
-                found: 0,
-                needed: 2,
-            })
+        let live = Live {
+            runs,
+            rest,
+            relation,
         };
-        let found: Vec<HeldOutForce> = blocks
-            .par_iter()
-            .enumerate()
-            .filter_map(|(number, block)| {
-                Some((block, known_before(&blocks, &parts, &all, number)?))
-            })
-            .map(|(block, known)| {
-                let ridge = options.ridge(&known, map)?;
-                let noise = ridge.noise_variance().sqrt();
-                let estimates = played(bare(ridge), block.run)?;
-                let run = &readings[block.run];
-                let mut found = HeldOutForce::default();
-                for row in block.rows.clone() {
-                    let time = run.times[row];
-                    let estimate = estimates.at(time - map.offset, map.longest_step);
-                    let Some(&[value, deviation]) = estimate.as_deref() else {
-                        continue;
-                    };
-                    if f64::is_finite(value) {
-                        let reading = [time, run.force[row]];
-                        found.push(block.run, reading, [value, deviation], noise);
-                    }
-                }
-                Ok(found)
-            })
-            .collect::<Result<_, TrainingError>>()?;
-        let mut held_out = HeldOutForce::default();
-        for mut part in found {
-            held_out.runs.append(&mut part.runs);
-            held_out.times.append(&mut part.times);
-            held_out.estimates.append(&mut part.estimates);
-            held_out.errors.append(&mut part.errors);
-            held_out.deviations.append(&mut part.deviations);
-            held_out.noises.append(&mut part.noises);
-        }
+        let force: Of<'_> = &|touch| touch.pressing_force().unwrap_or([f64::NAN; 2]);
+        let held_out = live.held_out(&readings, (map, options), &bare, force)?;
         let mut squares = Vec::new();
         for (number, run) in readings.iter().enumerate() {
-            let estimates = played(map.clone(), number)?;
+            let estimates = live.played(map.clone(), number, force)?;
             for (time, force) in run.times.iter().zip(&run.force) {
                 let estimate = estimates.at(time - map.offset, map.longest_step);
                 let error = estimate.map_or(f64::NAN, |estimate| estimate[0] - force);
@@ -311,18 +282,11 @@ pub(super) struct Divided {
     runs: usize,
     /// Mean square of the errors of blocks of time.
     blocks: f64,
-    /// Offset and gain of each run; none with one run.
-    lines: Vec<[f64; 2]>,
+    /// Of each run; none with one run.
+    lines: Vec<Line>,
     rest: Vec<f64>,
     /// The first row of the later runs.
     later: usize,
-}
-
-/// Held-out rows that tell the errors within a run.
-pub(super) struct Within<'a> {
-    pub(super) estimates: &'a [f64],
-    pub(super) errors: &'a [f64],
-    pub(super) deviations: &'a [f64],
 }
 
 impl Divided {
@@ -346,6 +310,7 @@ impl Divided {
             estimates: &held_out.estimates[self.later..],
             errors: &self.rest[self.later..],
             deviations: &held_out.deviations[self.later..],
+            beside: &held_out.beside[self.later..],
         }
     }
 
@@ -388,11 +353,9 @@ fn widened(
 ) -> AcrossRuns {
     let divided = Divided::of(&held_out, seen);
     let within = divided.within(&held_out);
-    map.intervals = intervals_of(within.estimates, within.errors, within.deviations);
+    map.intervals = intervals_of(&within);
     map.between_runs = divided.of_held_out(map.range[1]);
-    for (deviation, estimate) in held_out.deviations.iter_mut().zip(&held_out.estimates) {
-        *deviation = map.deviation(*estimate, deviation.powi(2));
-    }
+    held_out.widen(|estimate, deviation| map.deviation(estimate, deviation.powi(2)));
     map.between_runs = divided.of_next(map.range[1]);
     let share = divided.of_all(&held_out, &map.ridge);
     for factor in &mut map.intervals.factors {
@@ -428,31 +391,44 @@ fn certainty(chosen: &[f64], others: &[&Vec<f64>]) -> f64 {
     f64::from(wins) / RESAMPLED as f64
 }
 
-/// Offset and gain of the errors of each run, and what is left of the errors.
-fn split(held_out: &HeldOutForce, runs: usize) -> (Vec<[f64; 2]>, Vec<f64>) {
-    let lines: Vec<[f64; 2]> = (0..runs)
+/// Lines through the errors of each run, and what is left of the errors without what the lines of
+/// the runs differ by.
+fn split(held_out: &HeldOutForce, runs: usize) -> (Vec<Line>, Vec<f64>) {
+    let lines: Vec<Line> = (0..runs)
         .map(|run| {
             let rows = || (0..held_out.runs.len()).filter(|i| held_out.runs[*i] == run);
             straight_line(rows().map(|i| [held_out.estimates[i], held_out.errors[i]]))
         })
         .collect();
+    let common = common(&lines);
     let left = (0..held_out.runs.len()).map(|i| {
-        let [offset, gain] = lines[held_out.runs[i]];
-        held_out.errors[i] - offset - gain * held_out.estimates[i]
+        let [offset, gain] = lines[held_out.runs[i]].values;
+        held_out.errors[i] - (offset - common[0]) - (gain - common[1]) * held_out.estimates[i]
     });
     let left = left.collect();
     (lines, left)
 }
 
-/// Offset and slope of the straight line of least squares through points x, y.
-fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
+/// The straight line of least squares through points x, y.
+fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> Line {
     let count = points.clone().count().max(1) as f64;
     let mean = |axis: usize| points.clone().map(|point| point[axis]).sum::<f64>() / count;
     let [x, y] = [mean(0), mean(1)];
     let xx: f64 = points.clone().map(|point| (point[0] - x).powi(2)).sum();
-    let xy: f64 = points.map(|point| (point[0] - x) * (point[1] - y)).sum();
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    [y - slope * x, slope]
+    let xy: f64 = points
+        .clone()
+        .map(|point| (point[0] - x) * (point[1] - y))
+        .sum();
+    let per_xx = if xx > 0.0 { 1.0 / xx } else { 0.0 };
+    let slope = xy * per_xx;
+    let rest: f64 = points
+        .map(|point| (point[1] - y - slope * (point[0] - x)).powi(2))
+        .sum();
+    let variance = rest / (count - 2.0).max(1.0);
+    Line {
+        values: [y - slope * x, slope],
+        noise: [variance * (1.0 / count + x * x * per_xx), variance * per_xx],
+    }
 }
 
 /// Times of creep that are tried, s.
@@ -480,7 +456,7 @@ const OF_ONE: [Prior; 4] = [
 ];
 /// A prior of one run that is weaker than the first must leave less than this share of the mean
 /// square error: then the body is as simple as the map, and the prior is what errs.
-const CLEARLY_LESS: f64 = 0.5;
+pub(super) const CLEARLY_LESS: f64 = 0.5;
 const OF_SEVERAL: [Prior; 8] = [
     (1.0, [1.0, 1.0, 1.0]),
     (3.0, [1.0, 1.0, 1.0]),
@@ -636,17 +612,36 @@ mod tests {
     #[test]
     fn two_runs_cover_the_gain_of_a_third() {
         let mut noise = Noise::seeded(1);
-        for (scatter, expected) in [(0.005, 0.999), (0.01, 0.954), (0.015, 0.884), (0.02, 0.836)] {
+        for (scatter, expected) in [(0.005, 1.0), (0.01, 0.970), (0.015, 0.904), (0.02, 0.851)] {
             let trials = 20_000;
             let covered = (0..trials).filter(|_| {
                 let [one, two, third] = [(); 3].map(|()| scatter * noise.normal());
-                let lines = [[0.0, one - two], [0.0, two - one]];
-                let gain = between_runs(&lines, 1.0, 2).gain;
-                (third - 0.5 * (one + two)).abs() < NORMAL_95 * gain
+                let deviation = between_runs(&[gain(one - two), gain(two - one)], 0.0, 2);
+                (third - 0.5 * (one + two)).abs() < NORMAL_95 * deviation.beside(0.0, 1.0)
             });
             let share = covered.count() as f64 / f64::from(trials);
             // Three deviations of the count of 20 000.
             assert!((share - expected).abs() < 0.008, "{scatter}: {share}");
         }
+    }
+
+    fn gain(gain: f64) -> Line {
+        Line {
+            values: [0.0, gain],
+            noise: [0.0; 2],
+        }
+    }
+
+    /// What all runs have in common, and what noise makes of alike runs, is no difference.
+    #[test]
+    fn only_differences_of_runs_are_between_runs() {
+        let alike = between_runs(&[gain(0.0), gain(0.0)], 0.0, 2);
+        let common = between_runs(&[gain(-0.05), gain(-0.05)], 0.0, 2);
+        assert_eq!(alike, common);
+        let mut noisy = [gain(0.01), gain(-0.01)];
+        for line in &mut noisy {
+            line.noise[1] = 2e-4;
+        }
+        assert_eq!(alike, between_runs(&noisy, 0.0, 2));
     }
 }

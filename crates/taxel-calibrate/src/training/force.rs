@@ -6,7 +6,7 @@ use taxel::trained::{
     Standard, TrainingError,
 };
 
-use super::{Score, Series, Session, blocks_of_time, interval_factor};
+use super::{NORMAL_95, Score, Series, Session, blocks_of_time, interval_factor};
 
 /// Candidate: the form of a force map.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,17 +86,20 @@ pub struct HeldOutForce {
     pub deviations: Vec<f64>,
     /// Deviation of one observation by the map that made it, N.
     pub(super) noises: Vec<f64>,
+    /// What live adds to the deviation of the map, N.
+    pub(super) beside: Vec<f64>,
     leverage: f64,
 }
 
 impl HeldOutForce {
-    /// Appends the estimate of a reading with its deviation, by a map of this noise.
+    /// Appends the estimate of a reading with its deviation, by a map of this noise, and what live
+    /// adds to the deviation.
     pub(super) fn push(
         &mut self,
         run: usize,
         [time, reading]: [f64; 2],
         [value, deviation]: [f64; 2],
-        noise: f64,
+        [noise, beside]: [f64; 2],
     ) {
         self.runs.push(run);
         self.times.push(time);
@@ -104,6 +107,28 @@ impl HeldOutForce {
         self.errors.push(value - reading);
         self.deviations.push(deviation);
         self.noises.push(noise);
+        self.beside.push(beside);
+    }
+
+    /// Appends all of `other`.
+    pub(super) fn append(&mut self, other: Self) {
+        self.runs.extend(other.runs);
+        self.times.extend(other.times);
+        self.estimates.extend(other.estimates);
+        self.errors.extend(other.errors);
+        self.deviations.extend(other.deviations);
+        self.noises.extend(other.noises);
+        self.beside.extend(other.beside);
+        self.leverage = self.leverage.max(other.leverage);
+    }
+
+    /// Puts the deviation that a map states for an estimate and its deviation without factors, with
+    /// what live adds, in place of the deviation.
+    pub(super) fn widen(&mut self, stated: impl Fn(f64, f64) -> f64) {
+        let known = self.estimates.iter().zip(&self.beside);
+        for (deviation, (estimate, beside)) in self.deviations.iter_mut().zip(known) {
+            *deviation = stated(*estimate, *deviation).hypot(*beside);
+        }
     }
 }
 
@@ -144,7 +169,7 @@ pub(super) fn trained_force(
         forces().fold(f64::NEG_INFINITY, f64::max),
     ];
     let held_out = fit(&mut map, &runs, options)?;
-    map.intervals = intervals_of(&held_out.estimates, &held_out.errors, &held_out.deviations);
+    map.intervals = intervals_of(&Within::of_all(&held_out));
     map.largest_leverage = LEVERAGE_MARGIN * held_out.leverage;
     Ok((map, held_out))
 }
@@ -401,7 +426,8 @@ fn fit(
             let (estimate, variance, leverage) = map.raw(&run.features[row]);
             let found = [estimate, variance.sqrt()];
             let noise = map.ridge.noise_variance().sqrt();
-            held_out.push(block.run, [run.times[row], run.force[row]], found, noise);
+            let reading = [run.times[row], run.force[row]];
+            held_out.push(block.run, reading, found, [noise, 0.0]);
             held_out.leverage = held_out.leverage.max(leverage);
         }
     }
@@ -412,9 +438,41 @@ fn fit(
 /// Ranges of equal numbers of held-out estimates.
 const RANGES: usize = 4;
 
-/// Factors after which 95 % of `errors` are covered in each quarter of the
+/// Held-out rows that tell the errors within a run.
+pub(super) struct Within<'a> {
+    pub(super) estimates: &'a [f64],
+    pub(super) errors: &'a [f64],
+    pub(super) deviations: &'a [f64],
+    /// What live adds to them.
+    pub(super) beside: &'a [f64],
+}
+
+impl<'a> Within<'a> {
+    fn of_all(held_out: &'a HeldOutForce) -> Self {
+        Self {
+            estimates: &held_out.estimates,
+            errors: &held_out.errors,
+            deviations: &held_out.deviations,
+            beside: &held_out.beside,
+        }
+    }
+
+    /// Factor on the deviations of some rows, beside what live adds, after which 95 % of their
+    /// errors are covered.
+    pub(super) fn factor(&self, rows: impl Iterator<Item = usize>) -> f64 {
+        let own = |row: usize| {
+            let error = self.errors[row].powi(2) - (NORMAL_95 * self.beside[row]).powi(2);
+            (error.max(0.0).sqrt(), self.deviations[row])
+        };
+        let (errors, deviations): (Vec<_>, Vec<_>) = rows.map(own).unzip();
+        interval_factor(&errors, &deviations)
+    }
+}
+
+/// Factors after which 95 % of the errors are covered in each quarter of the
 /// estimates.
-pub(super) fn intervals_of(estimates: &[f64], errors: &[f64], deviations: &[f64]) -> Intervals {
+pub(super) fn intervals_of(within: &Within<'_>) -> Intervals {
+    let estimates = within.estimates;
     let mut sorted = estimates.to_vec();
     sorted.sort_by(f64::total_cmp);
     let quantile = |i: usize| sorted.get(i * sorted.len() / RANGES).copied();
@@ -423,8 +481,7 @@ pub(super) fn intervals_of(estimates: &[f64], errors: &[f64], deviations: &[f64]
     let range_of = |estimate: f64| levels.partition_point(|level| *level <= estimate);
     let factors = (0..=levels.len()).map(|range| {
         let members = (0..estimates.len()).filter(|i| range_of(estimates[*i]) == range);
-        let (e, d): (Vec<_>, Vec<_>) = members.map(|i| (errors[i], deviations[i])).unzip();
-        interval_factor(&e, &d)
+        within.factor(members)
     });
     Intervals {
         factors: factors.collect(),

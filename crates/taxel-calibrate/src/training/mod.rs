@@ -28,7 +28,7 @@ pub use nearest::Nearest;
 pub(crate) use position::{HELD_OUT, trained_position};
 pub use position::{PositionOptions, train_position};
 pub(crate) use relation::trained_relation;
-pub(crate) use replay::{REST_FRAMES, replayed};
+pub(crate) use replay::REST_FRAMES;
 pub use scale_clock::ScaleClock;
 pub use series::Series;
 pub(crate) use session::CONTACT_SHARE;

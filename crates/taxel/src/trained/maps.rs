@@ -33,6 +33,7 @@ pub struct Rest {
     pub step: Vec<f64>,
     /// Time after a contact in which creep may hide a drift, s: the map of the force knows what the
     /// body then shows, and the baseline is held.
+    #[serde(default)]
     pub recovery: f64,
 }
 
