@@ -10,18 +10,19 @@ use rayon::prelude::*;
 use taxel::trained::{
     BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainingError,
 };
+use taxel_numerics::least_squares::student_quantile;
 use taxel_numerics::split_mix;
 
 use super::force::{Within, features_of, intervals_of, trained_force};
 use super::replay::{Live, Of};
-use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
+use super::{ForceOptions, HeldOutForce, NORMAL_95, Score, Session, blocks_of_time};
 
 /// Knowledge before any run is held out: deviation of the gain of one run from that of another,
 /// and of the offset over the largest force. The public recordings of a printed lattice, one run
 /// under the best maps of the other, have gains of 0.1 to 1.3 % and offsets of 0 to 0.25 N of 32 N.
 const USUAL: [f64; 2] = [0.01, 0.003];
 /// Degrees of freedom that this knowledge counts for.
-const USUAL_DEGREES: u32 = 2;
+const USUAL_DEGREES: usize = 2;
 
 /// Variance of a run about the mean of so many others, over that of runs about their mean.
 fn of_mean(runs: usize) -> f64 {
@@ -43,26 +44,29 @@ struct Line {
 /// lie s² (1 + 1/R) from the mean of R others. Each run that was held out lies R/(R − 1) as far from
 /// the mean of the others as from that of all, so the lines of R runs have R − 1 degrees of
 /// freedom. What they have in common is no difference between runs, and what the rest of the
-/// errors gives them is none either.
+/// errors gives them is none either. Student's factor is in the deviations: the quantile of a sum of
+/// Student's t and the normal error within a run is within 3 % of the root of the sum of the squares
+/// of both.
 fn between_runs(lines: &[Line], peak: f64, trained: usize) -> BetweenRuns {
     let runs = lines.len().max(1);
     let own = runs - 1;
-    let degrees = USUAL_DEGREES + u32::try_from(own).unwrap_or(u32::MAX / 2);
-    let variance = |member: usize, usual: f64| {
+    let degrees = USUAL_DEGREES + own;
+    let student = student_quantile(0.975, degrees) / NORMAL_95;
+    let deviation = |member: usize, usual: f64| {
         let mean = common(lines)[member];
         let share = own as f64 / runs as f64;
         let squares = lines.iter().map(|line| {
             let apart = share * (line.values[member] - mean);
             apart * apart - share * line.noise[member]
         });
-        let usual = f64::from(USUAL_DEGREES) * usual * usual / of_mean(1);
-        of_mean(trained) * (usual + squares.sum::<f64>().max(0.0)) / f64::from(degrees)
+        let usual = USUAL_DEGREES as f64 * usual * usual / of_mean(1);
+        let variance = (usual + squares.sum::<f64>().max(0.0)) / degrees as f64;
+        student * (of_mean(trained) * variance).sqrt()
     };
     BetweenRuns {
-        offset: variance(0, USUAL[1] * peak).sqrt(),
-        gain: variance(1, USUAL[0]).sqrt(),
+        offset: deviation(0, USUAL[1] * peak),
+        gain: deviation(1, USUAL[0]),
         runs,
-        degrees: Some(degrees),
     }
 }
 
@@ -603,7 +607,6 @@ fn options(degree: u8, creep_times: &[f64], prior: Prior, offset: f64) -> ForceO
 
 #[cfg(test)]
 mod tests {
-    use super::super::NORMAL_95;
     use super::*;
     use taxel_numerics::Noise;
 
@@ -617,7 +620,7 @@ mod tests {
             let covered = (0..trials).filter(|_| {
                 let [one, two, third] = [(); 3].map(|()| scatter * noise.normal());
                 let deviation = between_runs(&[gain(one - two), gain(two - one)], 0.0, 2);
-                (third - 0.5 * (one + two)).abs() < NORMAL_95 * deviation.beside(0.0, 1.0)
+                (third - 0.5 * (one + two)).abs() < NORMAL_95 * deviation.gain
             });
             let share = covered.count() as f64 / f64::from(trials);
             // Three deviations of the count of 20 000.

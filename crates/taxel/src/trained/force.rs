@@ -29,7 +29,8 @@ impl Intervals {
     }
 }
 
-/// Difference of the force of one run from that of others under one map.
+/// Difference of the force of one run from that of others under one map: deviations of which 1.96
+/// hold 95 %, with Student's factor of few runs.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BetweenRuns {
@@ -40,34 +41,12 @@ pub struct BetweenRuns {
     /// Runs that both were estimated from; with one they are the usual ones of soft
     /// bodies.
     pub runs: usize,
-    /// Degrees of freedom of both; none in files of before 2026-11-27, whose deviations include
-    /// Student's factor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub degrees: Option<u32>,
 }
-
-/// Student's 97.5 % quantile of ν degrees of freedom over that of the normal law, less one, as a
-/// power series in 1/ν (Abramowitz and Stegun 1964, 26.7.5): 0.7 % too small of two degrees, and
-/// closer of more.
-const STUDENT: [f64; 4] = [1.2104, 1.4401, 1.3041, 0.8110];
 
 impl BetweenRuns {
     /// Deviation at a force, N.
     pub fn at(&self, force: f64) -> f64 {
         self.offset.hypot(self.gain * force)
-    }
-
-    /// Deviation of which 1.96 hold 95 %, N, of a force whose deviation within its run is `within`:
-    /// with Student's factor of the degrees of freedom of both together (Welch 1947).
-    pub fn beside(&self, within: f64, force: f64) -> f64 {
-        let between = self.at(force);
-        let both = within.hypot(between);
-        let Some(degrees) = self.degrees.filter(|degrees| *degrees > 0 && both > 0.0) else {
-            return both;
-        };
-        let inverse = (between / both).powi(4) / f64::from(degrees);
-        let beyond = STUDENT.iter().rev();
-        both * (1.0 + beyond.fold(0.0, |sum, factor| (sum + factor) * inverse))
     }
 }
 
@@ -136,7 +115,7 @@ impl ComponentMap {
     /// Deviation of an estimate, whose deviation within its run is `deviation` before the factor.
     pub fn deviation(&self, estimate: f64, deviation: f64) -> f64 {
         let within = self.interval_factor * deviation;
-        self.between_runs.beside(within, estimate)
+        within.hypot(self.between_runs.at(estimate))
     }
 }
 
@@ -349,7 +328,7 @@ impl ForceMap {
     /// before the factors.
     pub fn deviation(&self, estimate: f64, variance: f64) -> f64 {
         let within = variance.sqrt() * self.intervals.at(estimate);
-        self.between_runs.beside(within, estimate)
+        within.hypot(self.between_runs.at(estimate))
     }
 
     /// The estimate for one row of features.
