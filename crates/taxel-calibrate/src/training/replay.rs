@@ -89,7 +89,9 @@ impl Live<'_> {
             })
             .collect::<Result<_, TrainingError>>()?;
         let mut held_out = HeldOutForce::default();
-        found.into_iter().for_each(|part| held_out.append(part));
+        for part in found {
+            held_out.append(part);
+        }
         Ok(held_out)
     }
 }
