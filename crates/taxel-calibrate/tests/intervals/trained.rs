@@ -20,6 +20,13 @@ const NOISE: f64 = 0.3;
 /// Standard deviation of the stiffness from run to run.
 const STIFFNESS: f64 = 0.01;
 
+/// A standard deviation as it is expected before any run: that of one run from another is 1 % with
+/// two degrees of freedom.
+fn expected_scatter(random: &mut ChaCha8Rng) -> f64 {
+    let square = normal(random).powi(2) + normal(random).powi(2);
+    STIFFNESS / square.sqrt()
+}
+
 /// A row of a run: time, s; truth by the names of the columns; readings.
 struct Row {
     time: f64,
@@ -104,8 +111,8 @@ fn age(time: f64) -> f64 {
 
 /// A run of touches of any wrench at one place; with `clock` the scale shows the pressing force
 /// of when it measured.
-fn wrenches(random: &mut ChaCha8Rng, clock: bool) -> Vec<Row> {
-    let stiffness = 1.0 + STIFFNESS * normal(random);
+fn wrenches(random: &mut ChaCha8Rng, scatter: f64, clock: bool) -> Vec<Row> {
+    let stiffness = 1.0 + scatter * normal(random);
     let phases: [f64; 6] = [(); 6].map(|()| random.random_range(0.0..TAU));
     let touch = |time: f64| -> [f64; 6] {
         // A press every 5 s, of another height each; the others come and go with it.
@@ -157,12 +164,19 @@ fn wrenches(random: &mut ChaCha8Rng, clock: bool) -> Vec<Row> {
     (0..ROWS[0]).map(row).collect()
 }
 
-/// The wrench in one frame of a run, after training on so many others.
-fn at_one_place(seed: u64, count: usize, clock: bool) -> Vec<Printed> {
+/// The wrench in one frame of a run, after training on so many others; the stiffness of runs scatters
+/// by 1 %, or by `any` that is expected.
+fn at_one_place(seed: u64, count: usize, [any, clock]: [bool; 2]) -> Vec<Printed> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let runs: Vec<_> = (0..count).map(|_| wrenches(&mut random, clock)).collect();
+    let scatter = if any {
+        expected_scatter(&mut random)
+    } else {
+        STIFFNESS
+    };
+    let mut run = || wrenches(&mut random, scatter, clock);
+    let runs: Vec<_> = (0..count).map(|_| run()).collect();
     let mut estimator = trained(&sensor_text(1, 8), WRENCH, &runs);
-    let run = wrenches(&mut random, clock);
+    let run = run();
     // Anywhere in the second half, where it presses.
     let pressed = |row: &Row| row.truth[2] > 0.5;
     let mut tried = random.random_range(ROWS[0] / 2..ROWS[0]);
@@ -327,16 +341,20 @@ pub(crate) fn all() -> Vec<Case> {
             short: true,
             ..case(
                 "trained, wrench",
-                Box::new(|seed| at_one_place(seed, 2, false)),
+                Box::new(|seed| at_one_place(seed, 2, [false, false])),
             )
         },
         case(
+            "trained, wrench, any scatter",
+            Box::new(|seed| at_one_place(seed, 2, [true, false])),
+        ),
+        case(
             "trained, wrench, four runs",
-            Box::new(|seed| at_one_place(seed, 4, false)),
+            Box::new(|seed| at_one_place(seed, 4, [false, false])),
         ),
         case(
             "trained, wrench, scale with a clock",
-            Box::new(|seed| at_one_place(seed, 2, true)),
+            Box::new(|seed| at_one_place(seed, 2, [false, true])),
         ),
         case(
             "trained, places",
