@@ -65,13 +65,12 @@ impl InPlaneReader {
             let alike = curves
                 .last()
                 .filter(|curve| curve.inverse().model() == model);
-            let curve = match alike {
-                Some(curve) => curve.clone(),
-                None => {
-                    let inverse = model.inverse()?;
-                    inverse.check()?;
-                    ForceCurve::new(inverse)
-                }
+            let curve = if let Some(curve) = alike {
+                curve.clone()
+            } else {
+                let inverse = model.inverse()?;
+                inverse.check()?;
+                ForceCurve::new(inverse)
             };
             curves.push(curve);
         }
