@@ -14,6 +14,7 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series, series_of};
 use crate::table_checks::{at_rest, follows, of_this_device, pressing};
+use taxel::mechanics::{ClosingState, SectionClosure, Stretch};
 use taxel::signal::ResistanceSignal;
 use taxel_recording::InputError;
 
@@ -165,13 +166,28 @@ impl MicrochannelCalibrator<'_> {
         let mut plateaus = vec![None; self.all.len()];
         for of in by_series(all) {
             let loading = self.loading(&Vec::new(), &of, &mut Vec::new());
-            plateaus[of[0].channel] = Plateau::find(&loading);
+            let drawn = |pressure: f64| self.drawn_signal(&of[0], pressure);
+            plateaus[of[0].channel] =
+                Plateau::find(&loading).filter(|plateau| plateau.stands_out(drawn));
         }
         for reading in all {
             let plateau = plateaus[reading.channel];
             reading.saturated |= plateau.is_some_and(|plateau| plateau.holds(reading));
         }
         plateaus
+    }
+
+    /// Signal of the drawn channel of a reading under a pressure, Pa, as far as its closing curve is
+    /// known.
+    fn drawn_signal(&self, reading: &Reading, pressure: f64) -> Option<f64> {
+        let stretch = |share, pressure| Stretch { share, pressure };
+        let rest = stretch(1.0 - reading.share, 0.0);
+        let response =
+            self.layers[reading.layer].respond(&[stretch(reading.share, pressure), rest]);
+        let response = response.ok()?;
+        let beyond = |part: &SectionClosure| matches!(part.state, ClosingState::Beyond { .. });
+        let resistance = self.drawn_rest(reading.channel) * (1.0 + response.change);
+        (!response.channel.sections.iter().any(beyond)).then(|| self.board.signal.of(resistance))
     }
 
     fn channel_of(&self, data: &ReadingTable, row: usize) -> Result<usize, InputError> {

@@ -39,8 +39,9 @@ pub(crate) struct Plateau {
     signal: f64,
     /// Scatter of one reading.
     scatter: f64,
-    /// Least load, Pa.
+    /// Least and largest load, Pa.
     from: f64,
+    to: f64,
     count: usize,
 }
 
@@ -83,8 +84,17 @@ impl Plateau {
             signal,
             scatter,
             from: points[count - 1][0],
+            to: points[0][0],
             count: top.len(),
         })
+    }
+
+    /// True if the drawn channel, of which `drawn` is the signal under a load in Pa, would rise along
+    /// it: behind the first touch a channel closes so little that noise hides it, which is no
+    /// plateau. Beyond the closing curve nothing is known.
+    pub(super) fn stands_out(&self, drawn: impl Fn(f64) -> Option<f64>) -> bool {
+        let ends = drawn(self.from).zip(drawn(self.to));
+        ends.is_none_or(|(low, high)| (high - low).abs() > RISING * self.scatter)
     }
 
     /// True if a reading belongs to it.

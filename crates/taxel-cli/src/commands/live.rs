@@ -232,7 +232,11 @@ fn twin_session(arguments: &Live, script: &str, options: PumpOptions) -> Result<
     };
     let stimulus = Stimulus::parse(name, &text)?;
     let twin = Twin::new(&named.sensor, &stimulus, arguments.seed)
-        .map_err(|message| Stop::WrongInput(format!("{name}: {message}")))?;
+        .map_err(|message| {
+            Stop::WrongInput(format!(
+                "{name}: {message}\nhelp: give --source sim:SCRIPT.toml with its probes on taxels of this array"
+            ))
+        })?;
     let source = TwinSource::new(twin);
     let run = RunFiles {
         stimulus: Some(NamedText {

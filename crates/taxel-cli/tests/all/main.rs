@@ -22,6 +22,7 @@ mod cli;
 mod clients;
 mod dependencies;
 mod devices;
+mod documents;
 mod estimate;
 mod fabricate;
 mod habits;

@@ -148,6 +148,12 @@ impl VoidStack {
             Fineness::Usual => (1.0, 1.0),
             Fineness::Finer => (0.5, 1.0 / 1.5),
         };
+        let smallest = part
+            * match self.void_shape() {
+                VoidShape::Rectangle => self.section.height,
+                // Arcs on two edges each.
+                VoidShape::Ellipse => 0.5 * self.section.height,
+            };
         let cell = CrossingVoids {
             width: self.section.width,
             pitch: self.pitch,
@@ -156,14 +162,10 @@ impl VoidStack {
             between: self.between,
             upper: self.section.height,
             cover: self.cover,
-            smallest: part
-                * match self.void_shape() {
-                    VoidShape::Rectangle => self.section.height,
-                    // Arcs on two edges each.
-                    VoidShape::Ellipse => 0.5 * self.section.height,
-                },
+            smallest,
             growth: 2.0,
-            largest: largest * self.pitch / 4.0,
+            // High channels close together have no room for cells larger than those beside them.
+            largest: (largest * self.pitch / 4.0).max(smallest),
             shape: self.void_shape(),
         };
         let filling = filling(&self.liquid);

@@ -174,6 +174,7 @@ impl Solvable for Microchannel {
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
+        check_stack(self, array.pitch)?;
         self.table = OfDrawing(None);
         match table {
             Some((name, text)) => self.take_table(array.pitch, name, text)?,
@@ -499,5 +500,36 @@ fn check_cell(cell: &CellGeometry, name: &str) -> Result<(), Broken> {
             )
         },
         &format!("give more than {}", micrometres(need)),
+    )
+}
+
+/// Channels must fit beside and above one another.
+fn check_stack(element: &Microchannel, pitch: [f64; 2]) -> Result<(), Broken> {
+    for pitch in pitch {
+        require(
+            element.section.width < pitch,
+            "element.microchannel.section.width",
+            || {
+                format!(
+                    "channels of {} leave no wall at a pitch of {}",
+                    micrometres(element.section.width),
+                    micrometres(pitch)
+                )
+            },
+            "give narrower channels or a larger pitch",
+        )?;
+    }
+    let between = (element.rows.roof - element.columns.roof).abs();
+    require(
+        between > element.section.height + SAME_LENGTH,
+        "element.microchannel.rows.roof",
+        || {
+            format!(
+                "the layers lie {} apart, within the height of {} of a channel",
+                micrometres(between),
+                micrometres(element.section.height)
+            )
+        },
+        "count all that lies above the lower channels into their roof",
     )
 }

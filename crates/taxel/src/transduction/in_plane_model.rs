@@ -180,6 +180,16 @@ impl InPlaneModel {
         self.respond(0.0).map(drop)
     }
 
+    /// True where the closed form of the capacitance was compared with the field: electrodes at least
+    /// eight thicknesses wide, with a gap of at most 1.2; the published law has no closed form to compare.
+    pub fn is_compared(&self) -> bool {
+        let electrodes = &self.electrodes;
+        let slack = 1e-9 * electrodes.thickness;
+        self.law == CapacitanceLaw::Published
+            || electrodes.width >= 8.0 * electrodes.thickness - slack
+                && electrodes.gap <= 1.2 * electrodes.thickness + slack
+    }
+
     /// Largest compression at which the law of the device has an answer.
     pub fn largest_compression(&self) -> f64 {
         match self.law {

@@ -38,12 +38,14 @@ impl InPlaneModel {
             self.check(),
             Err(InPlaneError::Table(_) | InPlaneError::Layer(LayerError::AspectOutsideTable { .. }))
         );
-        if needed {
+        if needed || !self.is_compared() {
             match of_model(self, solutions) {
                 Ok(solved) => self.solved = Some(Arc::new(solved)),
                 // The rules between keys say so, with what the tables have.
                 Err(Unsolved::TablesOnly) => {}
-                Err(failed) => return Err(failed),
+                Err(failed) if needed => return Err(failed),
+                // The closed form answers it, without an error that is known.
+                Err(_) => {}
             }
         }
         Ok(())

@@ -57,9 +57,28 @@ impl Sheet {
         self.crossings as f64 * self.voids.pitch
     }
 
-    /// The closing curve on the path of the whole top pressed, up to a net pressure in Pa or as far
-    /// as it is solved: what `taxel tabulate` keeps.
+    /// The closing curve of the lower channels.
+    fn lower(&self) -> ClosingCurve {
+        let (voids, um) = (&self.voids, 1e-6);
+        let cell = CellGeometry {
+            section: MicrochannelSection::rectangle(um * voids.width, um * voids.lower),
+            roof: um * (voids.cover + voids.upper + voids.between),
+            thickness: um * thickness(voids),
+            pitch: um * voids.pitch,
+        };
+        let cell = SolvedCell::of_cell(&cell, "lower", &mut Afresh).unwrap();
+        cell.curve(1e3 * RUBBER.law().shear_modulus()).unwrap()
+    }
+
+    /// The closing curve of the upper channels on the path of the whole top pressed, up to a net
+    /// pressure in Pa or as far as it is solved: what `taxel tabulate` keeps.
     fn path(&self, filling: &Filling, most: f64) -> Option<ClosingCurve> {
+        let [upper, _] = self.paths(filling, most)?;
+        Some(upper)
+    }
+
+    /// The same of both layers.
+    fn paths(&self, filling: &Filling, most: f64) -> Option<[ClosingCurve; 2]> {
         let pitch = self.voids.pitch;
         let whole = Footprint {
             centre: [0.0; 2],
@@ -73,30 +92,35 @@ impl Sheet {
             footprints: vec![whole],
         };
         let mut study = posed(block, &[BlockLoad::Pressure], filling);
-        let mut states = vec![[0.0, 1.0, 1.0, 1.0]];
-        while states.last()?[0] < most {
+        let mut layers = [(); 2].map(|()| vec![[0.0, 1.0, 1.0, 1.0]]);
+        while layers[0].last()?[0] < most {
             let before = study.state().ok()?.drives[0];
             let step = 1e-3 * most / 4.0;
             let Ok(state) = study.drive(&[before + step]) else {
                 break;
             };
-            let void = state.voids[0][0];
-            states.push([
-                1e3 * (state.drives[0] - void.inside),
-                void.volume_ratio,
-                1.0 / void.resistance_ratio,
-                void.thinnest,
-            ]);
+            for (layer, states) in layers.iter_mut().enumerate() {
+                let void = state.voids[layer][0];
+                states.push([
+                    1e3 * (state.drives[0] - void.inside),
+                    void.volume_ratio,
+                    1.0 / void.resistance_ratio,
+                    void.thinnest,
+                ]);
+            }
         }
-        let curve = |column: usize| {
-            let points = states.iter().map(|state| [state[0], state[column]]);
-            MonotoneCurve::new(points.collect(), None).ok()
-        };
-        let along = AlongChannel {
-            conductance: curve(2)?,
-            thinnest: curve(3)?,
-        };
-        Some(ClosingCurve::of_path(curve(1)?, None, along))
+        let [upper, lower] = layers.map(|states| {
+            let curve = |column: usize| {
+                let points = states.iter().map(|state| [state[0], state[column]]);
+                MonotoneCurve::new(points.collect(), None).ok()
+            };
+            let along = AlongChannel {
+                conductance: curve(2)?,
+                thinnest: curve(3)?,
+            };
+            Some(ClosingCurve::of_path(curve(1)?, None, along))
+        });
+        Some([upper?, lower?])
     }
 
     /// Change of the resistance of an upper channel, solved.
@@ -303,4 +327,73 @@ fn two_loads_on_a_hundred_random_sheets_are_within_the_stated_error() {
     let errors = compare(2, 100);
     assert!(errors.len() >= 180, "{} of 200 were compared", errors.len());
     assert_stated(&errors);
+}
+
+/// Errors of the change of resistance of the upper and the lower channels by plane-strain cells, as
+/// shares, with the whole top pressed: beside the path of both layers.
+fn compare_whole_tops(seed: u64, count: usize) -> [f64; 2] {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut worst = [0.0_f64; 2];
+    for number in 0..count {
+        let sheet = Sheet::new(random_voids(&mut random), 6);
+        let cells = [sheet.curve.clone(), sheet.lower()];
+        let half = (1..100)
+            .map(|step| f64::from(step) / 100.0 * sheet.curve.end()[0])
+            .take_while(|net| sheet.curve.at(*net).area_ratio > 0.5);
+        let net = half.last().unwrap() * (0.05 + 0.95 * random.random::<f64>());
+        for (worst, (name, filling, law)) in worst.iter_mut().zip(laws()) {
+            let Some(paths) = sheet.paths(&filling, net) else {
+                println!("{number} {name}: no path");
+                continue;
+            };
+            // A pressure that both paths hold.
+            let ends = paths.each_ref().map(|path| path.end()[0]);
+            let pressure = net.min(ends[0]).min(ends[1]);
+            let change = |curve: &ClosingCurve| {
+                let whole = [Stretch {
+                    share: 1.0,
+                    pressure,
+                }];
+                1.0 / curve.settle(&law, &whole).unwrap().sections[0].conductance - 1.0
+            };
+            let by = [0, 1].map(|layer| change(&cells[layer]) / change(&paths[layer]) - 1.0);
+            println!(
+                "{number} {name}: upper and lower {by:+.3?} of {:.4}; {:?}",
+                change(&paths[0]),
+                sheet.voids
+            );
+            *worst = by.iter().fold(*worst, |most, by| most.max(by.abs()));
+        }
+    }
+    println!("error {worst:.3?} at most");
+    worst
+}
+
+/// What `taxel check` states of plane-strain cells with the whole top pressed, with a liquid that can
+/// leave and with that of P4.
+fn assert_whole_tops(worst: [f64; 2]) {
+    let shipped = Sensor::shipped_text("liquid-metal-2x4").unwrap();
+    let paper = "[element.microchannel.liquid.pressure.paper]\nexpansion = 0.2\natmosphere = \"101.325 kPa\"";
+    let vented = shipped.replace(paper, "pressure = \"vented\"");
+    assert!(vented != shipped);
+    for (worst, text) in worst.into_iter().zip([vented.as_str(), shipped]) {
+        let sensor = Sensor::parse("sheet.toml", text).unwrap();
+        let facts = summary(&sensor).unwrap();
+        let stated = facts.iter().find_map(|fact| match fact.value {
+            Value::Number { si, .. } if fact.name == "column_whole_top_error" => Some(si),
+            _ => None,
+        });
+        assert!(worst <= stated.unwrap(), "{worst} {stated:?}");
+    }
+}
+
+#[test]
+fn the_whole_top_of_a_random_sheet_is_within_the_stated_error() {
+    assert_whole_tops(compare_whole_tops(4, 1));
+}
+
+#[test]
+#[ignore = "long: cargo test --release -p taxel --test all loaded_parts -- --ignored --nocapture whole_tops"]
+fn whole_tops_of_random_sheets_are_within_the_stated_error() {
+    assert_whole_tops(compare_whole_tops(3, 60));
 }

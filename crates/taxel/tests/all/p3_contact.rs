@@ -125,9 +125,9 @@ fn contacts_that_say_too_little_are_refused_at_their_column() {
         column == "displacement" && text.contains("force_z"),
         "{text}"
     );
-    let (column, text) = refused(&sensor, "x=2.3 mm");
+    let (column, text) = refused(&sensor, "x=1.1 mm");
     assert!(
-        column == "displacement" && text.contains("2.300 mm thick"),
+        column == "displacement" && text.contains("1.093 mm thick"),
         "{text}"
     );
     let disc = with("piezo-2.3mm", "", "contact = \"rigid_disc\"").unwrap();

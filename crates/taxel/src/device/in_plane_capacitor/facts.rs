@@ -3,9 +3,9 @@
 use super::InPlaneArray;
 use crate::device::{capacitor_board, of_table};
 use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
-use crate::mechanics::{ElectrodeStiffness, Electrodes, LayerRange};
+use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
-use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel};
+use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel, Surroundings};
 
 /// Compression at which a sensitivity is stated where there is none at rest.
 const REFERENCE: f64 = 0.01;
@@ -170,14 +170,9 @@ fn transduction(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
     facts
 }
 
-/// Most by which the closed form is low at rest beside the field, with the gaps of P1.
-fn rest_error(electrodes: &Electrodes) -> f64 {
-    if electrodes.width >= 8.0 * electrodes.thickness {
-        0.022
-    } else {
-        0.08
-    }
-}
+/// Most by which the closed form is low at rest beside the field, in the section of P1 with its three
+/// gaps: in a uniform medium and in the others.
+const REST_ERROR: [f64; 2] = [0.022, 0.035];
 
 /// Largest difference of the change of capacitance by the closed form from the field in the solved
 /// section: gaps of 20 to 100 um, electrodes as stiff as the layer to 3.5 times, compressions of 0.01 to
@@ -198,6 +193,10 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
         return facts;
     }
     let Some(solved) = &model.solved else {
+        let known = |error: f64| match model.is_compared() {
+            true => number(error, "share", "%", 1e-2),
+            false => text("unknown: not compared"),
+        };
         return vec![
             fact(
                 "transduction",
@@ -208,13 +207,15 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
             fact(
                 "transduction",
                 "rest_capacitance_error",
-                number(rest_error(&model.electrodes), "share", "%", 1e-2),
-                "low by 1 to 2.2 % with electrodes 8 to 10 thicknesses wide, by 3.3 to 8 % with as wide as thick ones",
+                known(
+                    REST_ERROR[usize::from(model.dielectric.surroundings != Surroundings::Uniform)],
+                ),
+                "low by this at most, with electrodes 8 thicknesses wide or wider and gaps of 1.2 or less",
             ),
             fact(
                 "transduction",
                 "change_error",
-                number(CHANGE_ERROR, "share", "%", 1e-2),
+                known(CHANGE_ERROR),
                 "of C0 - C at a compression, beside the field in the cross-section of P1, electrodes up to 3.5 times as stiff \
                  as the layer; --mechanics fem solves it",
             ),

@@ -40,6 +40,8 @@ pub struct InPlaneFieldPredictor {
     model: InPlaneModel,
     board: FrontEnd,
     solved: OnceLock<Result<Solved, String>>,
+    /// Compression under the greatest load of [`Predictor::prepare`]: that of the body to show.
+    greatest: Option<f64>,
 }
 
 /// The solved load path with the part of it that can be read back.
@@ -93,6 +95,7 @@ impl InPlaneFieldPredictor {
             model: array.model(),
             board: array.board.clone(),
             solved: OnceLock::new(),
+            greatest: None,
         }
     }
 
@@ -259,6 +262,10 @@ impl Predictor for InPlaneFieldPredictor {
             )
         });
         self.solved = OnceLock::from(Ok(solved));
+        let by_force = self.at_force(force)?.field;
+        let by_change = self.at_change(change)?.field;
+        let reached = [by_force, by_change].into_iter().flatten();
+        self.greatest = Some(reached.fold(compression, |most, state| state.compression.max(most)));
         Ok(remark)
     }
 
@@ -323,7 +330,16 @@ impl Predictor for InPlaneFieldPredictor {
 
     fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
         let solved = self.solved.get().and_then(|solved| solved.as_ref().ok());
-        let body = solved.and_then(|solved| solved.way.body.clone());
+        let Some(solved) = solved else {
+            return Ok(Vec::new());
+        };
+        let last = solved.way.last().compression;
+        // The path was solved a little beyond the load, or far beyond it for the way back.
+        let load = self.greatest.filter(|load| (1e-6..last).contains(load));
+        let body = match load {
+            Some(load) => self.solve(load, &|_| false, &mut |_| {})?.way.body,
+            None => solved.way.body.clone(),
+        };
         Ok(body.into_iter().collect())
     }
 

@@ -2,47 +2,14 @@
 
 use super::MicrochannelArray;
 use crate::device::check_mask;
-use crate::sensor::{Broken, SAME_LENGTH, check_scan_time, micrometres, require};
+use crate::sensor::{Broken, check_scan_time, micrometres, require};
 use crate::signal::ResistanceSignal;
 
 pub(super) fn check(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
-    check_stack(array)?;
     check_lengths(array)?;
     check_board(array)?;
     check_scatter(array)?;
     check_mask(array.sensor)
-}
-
-/// Channels must fit beside and above one another.
-fn check_stack(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
-    let (element, pitch) = (array.element, array.sensor.array.pitch);
-    for pitch in pitch {
-        require(
-            element.section.width < pitch,
-            "element.microchannel.section.width",
-            || {
-                format!(
-                    "channels of {} leave no wall at a pitch of {}",
-                    micrometres(element.section.width),
-                    micrometres(pitch)
-                )
-            },
-            "give narrower channels or a larger pitch",
-        )?;
-    }
-    let between = (element.rows.roof - element.columns.roof).abs();
-    require(
-        between > element.section.height + SAME_LENGTH,
-        "element.microchannel.rows.roof",
-        || {
-            format!(
-                "the layers lie {} apart, within the height of {} of a channel",
-                micrometres(between),
-                micrometres(element.section.height)
-            )
-        },
-        "count all that lies above the lower channels into their roof",
-    )
 }
 
 /// A channel is at least as long as the taxels that it crosses.

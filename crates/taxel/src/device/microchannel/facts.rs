@@ -1,6 +1,6 @@
 //! Quantities derived from the drawing of crossing microchannels.
 
-use super::loads::{part_error, shortest_part};
+use super::loads::{part_error, shortest_part, whole_top_error};
 use super::{LAYERS, MicrochannelArray};
 use crate::device::{of_table, timing};
 use crate::electronics::LastStage;
@@ -259,6 +259,16 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             format!("{name}_loaded_part_error"),
             number(part_error(&layer.closing)?, "share", "%", 1e-2),
             "of the change of resistance under loads on parts of a channel, most that a hundred random sheets need",
+        ))
+    });
+    facts.extend(errors);
+    let errors = named(array).filter_map(|(name, layer)| {
+        Some(fact(
+            "transduction",
+            format!("{name}_whole_top_error"),
+            number(whole_top_error(&layer.closing, &layer.liquid)?, "share", "%", 1e-2),
+            "change of resistance too small by this at most with the whole top pressed: the other layer is left out; taxel \
+             tabulate and --mechanics fem have both",
         ))
     });
     facts.extend(errors);

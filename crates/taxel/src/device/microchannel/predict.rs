@@ -2,7 +2,7 @@
 
 use super::loads::{
     AREA_COLUMN, FORCE_Z, LOADED_SHARE, LOADS, PRESSURE, SECOND, is_double, is_local, pressure_of,
-    shortest_part, stretches_of,
+    shortest_part, stretches_of, whole_top_error,
 };
 use super::{LAYERS, MicrochannelArray};
 use crate::device::{number_cell, number_column};
@@ -87,6 +87,9 @@ impl LayerState {
         }
     }
 }
+
+/// Change of resistance from which on a channel counts as closed by Eq. 1, which goes on to infinity.
+const CLOSED: f64 = 1e3;
 
 /// A load on a part of a channel is solved up to so many times its pressure on the whole top.
 const FARTHEST: f64 = 64.0;
@@ -300,9 +303,11 @@ impl MicrochannelPredictor {
             Ok(part.share * (1.0 / ratio - 1.0))
         };
         let changes: Result<Vec<f64>, MicrochannelClosed> = stretches.iter().map(change).collect();
-        changes.map_or(Cell::from("closed"), |changes| {
-            Cell::Number(changes.iter().sum())
-        })
+        let sum = changes.map(|changes| changes.iter().sum::<f64>());
+        match sum {
+            Ok(sum) if sum < CLOSED => Cell::Number(sum),
+            _ => Cell::from("closed"),
+        }
     }
 
     /// A remark where a load presses on a part of a channel so short that its ends matter.
@@ -319,6 +324,23 @@ impl MicrochannelPredictor {
                 micrometres(shortest)
             )
         })
+    }
+
+    /// A remark where a load presses on the whole top, which the closing curves of one layer alone
+    /// answer too low.
+    fn whole_top(&self, loads: &Loads) -> Option<String> {
+        let whole = (0..loads.len()).any(|row| {
+            let share = loads.load(row).number(LOADED_SHARE);
+            share.is_none_or(|share| share >= 1.0)
+        });
+        let errors = self.layers.iter();
+        let errors = errors.filter_map(|layer| whole_top_error(&layer.closing, &layer.liquid));
+        let error = errors.reduce(f64::max).filter(|_| whole)?;
+        Some(format!(
+            "the closing curves leave the other layer out: with the whole top pressed the changes of resistance are too small \
+             by up to {:.0} %; --mechanics fem and taxel tabulate solve both layers",
+            100.0 * error
+        ))
     }
 
     /// Names of a quantity of each load: the second has the suffix of its columns.
@@ -352,7 +374,7 @@ impl Predictor for MicrochannelPredictor {
     ) -> Result<Option<String>, String> {
         self.loads_at_once = 1 + usize::from(is_double(&loads.given.columns));
         if self.field.is_none() {
-            return Ok(self.short_part(loads));
+            return Ok(self.short_part(loads).or_else(|| self.whole_top(loads)));
         }
         let pressures = each(loads, |load, first| pressure_of(load, first).1);
         let greatest = pressures.fold(0.0, f64::max);

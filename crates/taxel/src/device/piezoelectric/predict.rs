@@ -128,14 +128,16 @@ impl PiezoelectricPredictor {
         let Some(contact) = ContactLoad::of(load)? else {
             let drive = drive(load)?;
             let [force, displacement] = self.top(drive);
+            let pressed = self.description.preloaded();
+            let column = pressed.map_or(0.0, |pressed| pressed.thickness);
             if let Drive::Displacement(_) = drive {
-                self.sinks(DISPLACEMENT, displacement)?;
+                self.sinks(DISPLACEMENT, displacement, column)?;
             }
             return Ok(Carried {
                 drive,
                 // A column that would be crushed has none; the force on the element is given.
                 displacement: Some(displacement)
-                    .filter(|displacement| displacement.abs() < self.description.cover.thickness)
+                    .filter(|displacement| displacement.abs() < column)
                     .unwrap_or(f64::NAN),
                 force,
                 element_force: force,
@@ -150,9 +152,8 @@ impl PiezoelectricPredictor {
     }
 
     /// Refuses a load of `column` under which the surface would sink by `displacement`, m, of all
-    /// the silicone or more.
-    fn sinks(&self, column: usize, displacement: f64) -> Result<(), LoadRefused> {
-        let thickness = self.description.cover.thickness;
+    /// the silicone, `thickness`, or more.
+    fn sinks(&self, column: usize, displacement: f64, thickness: f64) -> Result<(), LoadRefused> {
         if displacement.abs() < thickness {
             return Ok(());
         }
@@ -185,7 +186,8 @@ impl PiezoelectricPredictor {
         // As far as a rigid disc of the same size would go, where that is known.
         if let Ok(pressed) = self.disc(contact).pressed() {
             let stiffness = pressed.stiffness(self.description.cover.modulus);
-            self.sinks(FORCE_Z, force_z / stiffness)?;
+            let thickness = self.description.cover.thickness;
+            self.sinks(FORCE_Z, force_z / stiffness, thickness)?;
         }
         let mut element_force = force_z * cover.share(contact.offset, side);
         if force_x != 0.0 || force_y != 0.0 {
@@ -299,7 +301,7 @@ impl PiezoelectricPredictor {
             None => force_z,
         };
         let given = load.number(DISPLACEMENT).map_or(FORCE_Z, |_| DISPLACEMENT);
-        self.sinks(given, force / stiffness)?;
+        self.sinks(given, force / stiffness, cover.thickness)?;
         let side = description.ceramic.side;
         let share = pressed.share(contact.offset, side).ok_or_else(|| {
             let [x, y] = contact.offset.map(|along| along * 1e3);

@@ -1,83 +1,17 @@
 //! Rules between the keys of a three-axis array.
 
 use super::ThreeAxisArray;
-use crate::mechanics::UnitDrawing;
 use crate::sensor::{
-    Broken, SAME_LENGTH, ThreeAxisCapacitor, check_scan_time, micrometres, require, rounded_down,
+    Broken, ThreeAxisCapacitor, check_scan_time, micrometres, require, rounded_down,
 };
 
 pub(super) fn check(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
-    check_element(array.element, array.sensor.array.pitch)?;
     check_suspension(array)?;
     check_edges(array)?;
     check_bending(array)?;
     check_reach(array)?;
     check_electronics(array)?;
     check_fabrication(array.element)
-}
-
-fn check_element(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Broken> {
-    let key = |name: &str| format!("element.three_axis_capacitor.{name}");
-    let outline = &element.outline;
-    let distance = element.suspension.centre_distance;
-    for side in element.plates.electrode {
-        require(
-            side <= distance + SAME_LENGTH,
-            &key("suspension.centre_distance"),
-            || {
-                format!(
-                    "electrodes of {} at centres {} apart overlap",
-                    micrometres(side),
-                    micrometres(distance)
-                )
-            },
-            "give a larger centre distance or smaller electrodes",
-        )?;
-        let unit = distance + side;
-        require(
-            unit <= outline.unit_side + SAME_LENGTH,
-            &key("outline.unit_side"),
-            || {
-                format!(
-                    "two electrodes and their distance need {}",
-                    micrometres(unit)
-                )
-            },
-            "give a larger unit side",
-        )?;
-    }
-    for pitch in pitch {
-        require(
-            outline.unit_side <= pitch + SAME_LENGTH,
-            "array.pitch",
-            || {
-                format!(
-                    "units of {} overlap at a pitch of {}",
-                    micrometres(outline.unit_side),
-                    micrometres(pitch)
-                )
-            },
-            "give a larger pitch or a smaller unit side",
-        )?;
-    }
-    require(
-        outline.bump_top <= outline.bump_base,
-        &key("outline.bump_top"),
-        || "the bump is wider at its top than at its base".into(),
-        "give a top that is at most as wide as the base",
-    )?;
-    require(
-        outline.bump_base <= outline.unit_side,
-        &key("outline.bump_base"),
-        || "the bump is wider than its unit".into(),
-        "give a smaller base",
-    )?;
-    require(
-        element.usable_force <= element.full_scale,
-        &key("usable_force"),
-        || "the usable force is above the full scale".into(),
-        "give at most the full scale",
-    )
 }
 
 const SUSPENSION: &str = "element.three_axis_capacitor.suspension";
@@ -111,22 +45,6 @@ fn check_suspension(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
         }
     }
     let drawing = array.unit_drawing();
-    if suspension.from_drawing.is_some() {
-        let [x, y] = array.element.plates.electrode;
-        require(
-            (x - y).abs() <= SAME_LENGTH,
-            "element.three_axis_capacitor.plates.electrode",
-            || {
-                format!(
-                    "the stiffness follows from the drawing of square electrodes, not of {} by {}",
-                    micrometres(x),
-                    micrometres(y)
-                )
-            },
-            "give equal sides, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of from_drawing",
-        )?;
-        check_unit(&drawing)?;
-    }
     if let Err(outside) = suspension.model(&drawing) {
         let path = match outside.key.strip_prefix("array.") {
             Some(_) => outside.key.to_owned(),
@@ -138,82 +56,6 @@ fn check_suspension(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
         return Err(Broken::new(&path, outside.to_string(), help));
     }
     Ok(())
-}
-
-/// A unit whose stiffness follows from its drawing has electrodes within its cavities, and
-/// elastomer between it and the next one.
-fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
-    let key = |name: &str| format!("element.three_axis_capacitor.{name}");
-    let [inner, outer] = [-1.0, 1.0].map(|side| drawing.centre_distance + side * drawing.electrode);
-    require(
-        drawing.wall_width < inner,
-        &key("outline.wall_width"),
-        || {
-            format!(
-                "a wall of {} reaches the electrodes, which are {} apart",
-                micrometres(drawing.wall_width),
-                micrometres(inner)
-            )
-        },
-        "give a narrower wall, or a larger centre distance",
-    )?;
-    require(
-        outer < drawing.unit_side,
-        &key("outline.unit_side"),
-        || {
-            format!(
-                "the electrodes end {} from each other and need cavities wider than that, not of {}",
-                micrometres(outer),
-                micrometres(drawing.unit_side)
-            )
-        },
-        "give a larger unit side",
-    )?;
-    require(
-        drawing.insulation > 0.0,
-        &key("plates.insulation"),
-        || "the stiffness follows from the drawing of units with an insulation".into(),
-        "give an insulation of more than 0 um, or type the stiffness in",
-    )?;
-    let layer = drawing.lower_layer.min(drawing.upper_layer);
-    require(
-        drawing.electrode_thickness < layer,
-        &key("outline.electrode_thickness"),
-        || {
-            format!(
-                "electrodes of {} are as thick as a layer of {} in which they lie",
-                micrometres(drawing.electrode_thickness),
-                micrometres(layer)
-            )
-        },
-        "give thinner electrodes, or thicker layers",
-    )?;
-    require(
-        inner < drawing.bump_base && drawing.bump_base < outer,
-        &key("outline.bump_base"),
-        || {
-            format!(
-                "a bump's base of {} does not end over the electrodes: the stiffness follows from the drawing for more \
-                 than {} and less than {}",
-                micrometres(drawing.bump_base),
-                micrometres(inner),
-                micrometres(outer)
-            )
-        },
-        "change the base, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of from_drawing",
-    )?;
-    require(
-        drawing.unit_side < drawing.pitch,
-        "array.pitch",
-        || {
-            format!(
-                "units of {} at a pitch of {} have no elastomer between them",
-                micrometres(drawing.unit_side),
-                micrometres(drawing.pitch)
-            )
-        },
-        "give a larger pitch or a smaller unit side",
-    )
 }
 
 /// Where no parallel capacitance is typed in, the edges must follow from the drawing.

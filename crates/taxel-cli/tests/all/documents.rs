@@ -1,0 +1,62 @@
+//! Examples of the documents are what the program prints.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::done;
+
+/// A command of a page, in its own words, with the lines that it shows of the answer.
+struct Example {
+    command: Vec<String>,
+    shown: Vec<String>,
+}
+
+/// Words of a line, and what stands between quotation marks.
+fn words(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    let words = parts.flat_map(|(number, part)| match number % 2 {
+        0 => part.split_whitespace().map(str::to_owned).collect(),
+        _ => vec![part.to_owned()],
+    });
+    words.collect()
+}
+
+/// The examples of a page whose commands begin with `command`.
+fn examples(page: &str, command: &str) -> Vec<Example> {
+    let mut found: Vec<Example> = Vec::new();
+    let (mut within, mut reading) = (false, false);
+    for line in page.lines() {
+        if line.starts_with("```") {
+            (within, reading) = (!within, false);
+        } else if let Some(typed) = line.strip_prefix("$ ").filter(|_| within) {
+            reading = typed.starts_with(command);
+            if reading {
+                found.push(Example {
+                    command: words(typed).split_off(1),
+                    shown: Vec::new(),
+                });
+            }
+        } else if reading && !line.trim().is_empty() {
+            let shown = words(line).join(" ");
+            found.last_mut().unwrap().shown.push(shown);
+        }
+    }
+    found
+}
+
+#[test]
+fn predictions_of_the_readme_are_what_the_program_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = fs::read_to_string(root.join("README.md")).unwrap();
+    let examples = examples(&page, "taxel predict");
+    assert!(examples.len() >= 5, "{} examples", examples.len());
+    for example in examples {
+        let command: Vec<&str> = example.command.iter().map(String::as_str).collect();
+        let printed = done(&command);
+        let printed: Vec<String> = printed.lines().map(|line| words(line).join(" ")).collect();
+        assert!(!example.shown.is_empty(), "{command:?}");
+        for line in &example.shown {
+            assert!(printed.contains(line), "{command:?}: {line}: {printed:?}");
+        }
+    }
+}
