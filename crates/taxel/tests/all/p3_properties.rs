@@ -93,8 +93,9 @@ proptest! {
         let (slow, fast) = (sampled(&chain, &knots, 1), sampled(&chain, &knots, 100));
         let scale = largest(&slow);
         for (slow, fast) in slow.iter().zip(&fast) {
-            // Asked for: 1e-9. 2e4 roundings, of which a leak of 0.1 ms leaves 1 %.
-            prop_assert!((slow - fast).abs() <= 1e-10 * scale, "{slow:e} {fast:e} of {scale:e}");
+            // What is asked for. 2e4 roundings, of which a leak of 0.1 ms leaves 1 %, and two poles that
+            // are 1 % apart two digits: with those 1.01e-10 was found.
+            prop_assert!((slow - fast).abs() <= 1e-9 * scale, "{slow:e} {fast:e} of {scale:e}");
         }
     }
 
