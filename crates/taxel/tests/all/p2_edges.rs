@@ -479,9 +479,9 @@ fn edges_of_rectangles_are_those_of_both_sections() {
     };
     let rectangle = of_electrode([400e-6, 250e-6]);
     let squares = [400e-6, 250e-6].map(|side| of_electrode([side; 2]));
-    for axis in 0..2 {
-        assert_eq!(rectangle.inner[axis], squares[axis].inner[axis]);
-        assert_eq!(rectangle.outer[axis], squares[axis].outer[axis]);
+    for (axis, square) in squares.iter().enumerate() {
+        assert_eq!(rectangle.inner[axis], square.inner[axis]);
+        assert_eq!(rectangle.outer[axis], square.outer[axis]);
     }
     assert_ne!(rectangle.inner[0], rectangle.inner[1]);
     let along = |edges: TileEdges, sides: [f64; 2]| {

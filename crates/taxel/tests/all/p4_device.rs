@@ -788,7 +788,10 @@ fn a_short_loaded_part_is_remarked_on() {
     assert_eq!(remark("p=1 kPa, share=0.00653"), None);
     // The columns of the shipped sensor are a plane-strain cell.
     let whole = remark("p=1 kPa").unwrap();
-    assert!(whole.contains("whole top") && whole.contains("25 %"), "{whole}");
+    assert!(
+        whole.contains("whole top") && whole.contains("25 %"),
+        "{whole}"
+    );
     let short = remark("p=1 kPa, share=0.1, p2=2 kPa, share2=0.004").unwrap();
     for part in ["0.004", "367.68 um", "588 um", "--mechanics fem"] {
         assert!(short.contains(part), "{short}");

@@ -193,9 +193,12 @@ fn origin(model: &InPlaneModel) -> Vec<Fact> {
         return facts;
     }
     let Some(solved) = &model.solved else {
-        let known = |error: f64| match model.is_compared() {
-            true => number(error, "share", "%", 1e-2),
-            false => text("unknown: not compared"),
+        let known = |error: f64| {
+            if model.is_compared() {
+                number(error, "share", "%", 1e-2)
+            } else {
+                text("unknown: not compared")
+            }
         };
         return vec![
             fact(

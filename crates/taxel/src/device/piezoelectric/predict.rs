@@ -131,7 +131,7 @@ impl PiezoelectricPredictor {
             let pressed = self.description.preloaded();
             let column = pressed.map_or(0.0, |pressed| pressed.thickness);
             if let Drive::Displacement(_) = drive {
-                self.sinks(DISPLACEMENT, displacement, column)?;
+                sinks(DISPLACEMENT, displacement, column)?;
             }
             return Ok(Carried {
                 drive,
@@ -149,23 +149,6 @@ impl PiezoelectricPredictor {
             CoverContact::RigidDisc => self.under_a_disc(load, &contact),
             CoverContact::Pressure | CoverContact::Sphere => self.under_a_pressure(load, &contact),
         }
-    }
-
-    /// Refuses a load of `column` under which the surface would sink by `displacement`, m, of all
-    /// the silicone, `thickness`, or more.
-    fn sinks(&self, column: usize, displacement: f64, thickness: f64) -> Result<(), LoadRefused> {
-        if displacement.abs() < thickness {
-            return Ok(());
-        }
-        let millimetres = 1e3 * thickness;
-        Err(refused(
-            column,
-            format!(
-                "the surface would move by {:.3} mm of silicone that is {millimetres:.3} mm thick",
-                1e3 * displacement
-            ),
-            &format!("give a load that moves it by less than {millimetres:.3} mm"),
-        ))
     }
 
     /// A pressure on the silicone above the element, with its shear.
@@ -187,7 +170,7 @@ impl PiezoelectricPredictor {
         if let Ok(pressed) = self.disc(contact).pressed() {
             let stiffness = pressed.stiffness(self.description.cover.modulus);
             let thickness = self.description.cover.thickness;
-            self.sinks(FORCE_Z, force_z / stiffness, thickness)?;
+            sinks(FORCE_Z, force_z / stiffness, thickness)?;
         }
         let mut element_force = force_z * cover.share(contact.offset, side);
         if force_x != 0.0 || force_y != 0.0 {
@@ -301,7 +284,7 @@ impl PiezoelectricPredictor {
             None => force_z,
         };
         let given = load.number(DISPLACEMENT).map_or(FORCE_Z, |_| DISPLACEMENT);
-        self.sinks(given, force / stiffness, cover.thickness)?;
+        sinks(given, force / stiffness, cover.thickness)?;
         let side = description.ceramic.side;
         let share = pressed.share(contact.offset, side).ok_or_else(|| {
             let [x, y] = contact.offset.map(|along| along * 1e3);
@@ -371,6 +354,23 @@ impl PiezoelectricPredictor {
         let [one, other] = charges.map(|charge| charge * mean);
         Some([one.min(other), one.max(other)])
     }
+}
+
+/// Refuses a load of `column` under which the surface would sink by `displacement`, m, of all
+/// the silicone, `thickness`, or more.
+fn sinks(column: usize, displacement: f64, thickness: f64) -> Result<(), LoadRefused> {
+    if displacement.abs() < thickness {
+        return Ok(());
+    }
+    let millimetres = 1e3 * thickness;
+    Err(refused(
+        column,
+        format!(
+            "the surface would move by {:.3} mm of silicone that is {millimetres:.3} mm thick",
+            1e3 * displacement
+        ),
+        &format!("give a load that moves it by less than {millimetres:.3} mm"),
+    ))
 }
 
 /// Cells of a picture along each side, and how far it goes beyond a contact in thicknesses of
