@@ -1,15 +1,19 @@
 //! A solution that can't go on says by its reason why, where, and what helps.
 #![allow(clippy::unwrap_used)]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use taxel_fem::assembly::state::State;
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grid2, Mesh, gmsh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Pressure, Problem,
-    ProblemError, RigidBody, Rule, Shape, SurfacePair,
+    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Parameter, Pressure,
+    Problem, ProblemError, Quantity, RigidBody, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
-use taxel_fem::solver::newton::{Continue, Solver, Step};
+use taxel_fem::solver::newton::{Continue, Jump, Solver, Step};
 
 /// A rectangle from the origin, of a solid.
 fn rectangle(size: [f64; 2], cells: [usize; 2], material: Material) -> Problem {
@@ -568,4 +572,144 @@ fn a_body_that_loses_its_equilibrium_on_a_rough_plate_jumps_or_stops() {
     let off = ways.flat_map(|(a, b)| [0, 1].map(|d| (a[d] - b[d]).abs()));
     let off = off.fold(0.0, f64::max);
     assert!(off < 1e-4, "{off}");
+}
+
+#[test]
+fn a_request_to_stop_is_heard_in_every_iteration_of_a_jump() {
+    let mut solver = pressed_tube();
+    solver.settings.jump_steps = 0;
+    solver.settings.largest_step = 0.1;
+    solver
+        .load_to(&[2.0, 0.5], |_, _| Continue::Yes)
+        .unwrap_err();
+    solver.settings.jump_steps = 200;
+    let (state, targets) = (solver.state().clone(), solver.targets().to_vec());
+    let beyond = [2.0, targets[1] + 1e-3];
+    // The whole way: cut steps, then creep.
+    let asked = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&asked);
+    solver.stop_when(move || {
+        count.fetch_add(1, Ordering::Relaxed);
+        false
+    });
+    let mut jumped = false;
+    let mut hear = |_: &_, step: &Step| {
+        jumped |= step.jump.is_some();
+        Continue::Yes
+    };
+    solver.load_to(&beyond, &mut hear).unwrap();
+    assert!(jumped);
+    let all = asked.load(Ordering::Relaxed);
+    for after in [all / 2, all - 1] {
+        solver.restart(state.clone(), targets.clone());
+        let (before, left) = (solver.iterations, AtomicUsize::new(after));
+        // It does not change its mind.
+        let less = |left: usize| left.checked_sub(1);
+        solver.stop_when(move || {
+            let order = Ordering::Relaxed;
+            left.fetch_update(order, order, less).is_err()
+        });
+        let mut last = state.clone();
+        let mut hear = |state: &State, _: &Step| {
+            last.clone_from(state);
+            Continue::Yes
+        };
+        let failure = solver.load_to(&beyond, &mut hear).unwrap_err();
+        assert_eq!(failure.reason, Reason::Stopped, "{failure}");
+        assert_eq!(solver.iterations - before, after);
+        assert_eq!(solver.state(), &last);
+    }
+}
+
+/// Half of a shallow arch, three times as high as thick, clamped at its foot and loaded on its crown;
+/// the load, and the node of the crown.
+fn shallow_arch() -> (Problem, Parameter, u32) {
+    let mut problem = rectangle([10.0, 0.5], [20, 2], rubber());
+    for point in &mut problem.mesh.points {
+        point[1] += 0.75 * (1.0 + (0.1 * std::f64::consts::PI * point[0]).cos());
+    }
+    problem.clamp("right").unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    let parameter = problem.parameter("load", Rule::Given);
+    let surface = problem.surface("left").unwrap();
+    let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| {
+        [0.0, -1.0, 0.0]
+    });
+    problem.dead_loads.push(DeadLoad { forces, parameter });
+    let mut points = problem.mesh.points.iter();
+    let crown = points.position(|point| *point == [0.0, 2.0, 0.0]).unwrap();
+    (problem, parameter, crown as u32)
+}
+
+/// Loads the arch; the greatest load before the first jump, and the jumps.
+fn jumps(solver: &mut Solver, load: f64) -> Result<(f64, Vec<Jump>), Failure> {
+    let (mut before, mut jumps) = (0.0_f64, Vec::new());
+    solver.load_to(&[load], |state, step| {
+        jumps.extend(step.jump);
+        if jumps.is_empty() {
+            before = before.max(state.parameters[0]);
+        }
+        Continue::Yes
+    })?;
+    Ok((before, jumps))
+}
+
+#[test]
+fn an_arch_that_snaps_through_in_a_long_step_is_told_to_jump() {
+    // Driven by the way of its crown it goes over its greatest load, and on under less.
+    let (problem, parameter, crown) = shallow_arch();
+    let mut driven = Solver::new(problem.clone()).unwrap();
+    let way = Rule::Prescribes(Quantity::Displacement(crown, 1));
+    driven.set_rule(parameter, way).unwrap();
+    driven.settings.largest_step = 0.02;
+    let (mut limit, mut low) = (0.0_f64, f64::INFINITY);
+    let seen = driven.load_to(&[-3.5], |state, step| {
+        assert_eq!(step.jump, None);
+        let load = state.parameters[0];
+        if load > limit && low == f64::INFINITY {
+            limit = load;
+        } else {
+            low = low.min(load);
+        }
+        Continue::Yes
+    });
+    seen.unwrap();
+    assert!(low < 0.8 * limit);
+    // By its load it stops at that limit, or jumps there and says so, as its steps fall.
+    let mut jumped = 0;
+    for times in [1.2, 4.0] {
+        for first in [0.1, 0.5, 1.0] {
+            let mut solver = Solver::new(problem.clone()).unwrap();
+            solver.settings.first_step = first;
+            let (_, none) = jumps(&mut solver, 0.95 * limit).unwrap();
+            assert_eq!(none, [], "{first} {times}");
+            solver.restart(State::rest(&problem), vec![0.0]);
+            let (before, jumps) = match jumps(&mut solver, times * limit) {
+                Ok(way) => way,
+                Err(failure) => {
+                    assert!(matches!(failure.reason, Reason::Limit { .. }), "{failure}");
+                    (failure.parameters[0].1, Vec::new())
+                }
+            };
+            assert!((before / limit - 1.0).abs() < 2e-3, "{before} {limit}");
+            let [jump] = jumps[..] else {
+                assert_eq!(jumps, []);
+                assert!(solver.state().parameters[0] <= 1.002 * limit);
+                continue;
+            };
+            jumped += 1;
+            assert!(jump.way > 1.5 && jump.place[0] < 3.0, "{jump:?}");
+            let moved = solver.state().displacement[crown as usize][1];
+            driven.load_to(&[moved], |_, _| Continue::Yes).unwrap();
+            let load = driven.state().parameters[0];
+            assert!((load / (times * limit) - 1.0).abs() < 1e-6, "{load}");
+        }
+    }
+    assert!(jumped > 0);
+    // Who allows no jump hears of the limit.
+    let mut solver = Solver::new(problem).unwrap();
+    solver.settings.first_step = 1.0;
+    solver.settings.jump_steps = 0;
+    let failure = jumps(&mut solver, 1.2 * limit).unwrap_err();
+    assert!(matches!(failure.reason, Reason::Limit { .. }), "{failure}");
 }

@@ -156,6 +156,14 @@ pub enum Reason {
         /// Share of its volume that is missed.
         missed: f64,
     },
+    /// The equilibrium found is not near: no path leads there.
+    #[error("no equilibrium was found beyond but one that is far: the body jumps by {way:.3e} m near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2])]
+    Hopped {
+        /// Way of the node that the path explains least, m.
+        way: f64,
+        /// Undeformed place of that node.
+        place: [f64; 3],
+    },
     /// The equilibrium found under given loads is not stable.
     #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it{}", .mode.map(|mode| mode.to_string()).unwrap_or_default())]
     Unstable {
@@ -177,6 +185,9 @@ pub enum Reason {
     /// of the mesh, and neither a limit of the load nor an instability of the body.
     #[error("{}, and the body gives way there", inside_out_at(.0))]
     CellGivesWay(LeastVolume),
+    /// It was asked to stop (`Solver::stop_when`).
+    #[error("stopped on request")]
+    Stopped,
     /// The quantity that controls the step does not respond to its parameter.
     #[error("the controlled quantity does not respond to its parameter")]
     ControlLost,
@@ -189,7 +200,8 @@ impl Reason {
             Self::Problem(_)
             | Self::Mesh(_)
             | Self::Field(_)
-            | Self::Linear(LinearError::Memory { .. }) => true,
+            | Self::Linear(LinearError::Memory { .. })
+            | Self::Stopped => true,
             Self::Inverted(cell) => cell.undeformed,
             _ => false,
         }
@@ -212,7 +224,7 @@ impl Reason {
                 "Allow smaller steps; less friction; hold what slides or turns away by a displacement"
             }
             Self::Linear(_) => "Check materials for extreme ratios of stiffness",
-            Self::Limit { .. } | Self::Unstable { .. } => {
+            Self::Limit { .. } | Self::Unstable { .. } | Self::Hopped { .. } => {
                 "A limit of the load: control by displacement, volume or arc length goes beyond it"
             }
             Self::CellGivesWay(_)
@@ -240,6 +252,7 @@ impl Reason {
             Self::Volume { .. } => {
                 "The supports, contacts and cavities leave no volume to go to: free a surface, or give the solid a bulk modulus"
             }
+            Self::Stopped => "Go on from there",
             Self::ControlLost => "Choose a quantity that the parameter changes",
         }
     }

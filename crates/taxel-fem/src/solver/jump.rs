@@ -57,7 +57,10 @@ impl Solver {
     fn may_jump(&self, reason: &Reason) -> bool {
         let lost = matches!(
             reason,
-            Reason::NotConverged { .. } | Reason::Chatter { .. } | Reason::Unstable { .. }
+            Reason::NotConverged { .. }
+                | Reason::Chatter { .. }
+                | Reason::Unstable { .. }
+                | Reason::Hopped { .. }
         );
         let problem = &self.problem;
         let mut contacts = problem.contacts.iter();
@@ -86,6 +89,7 @@ impl Solver {
                 Ok(step) if self.drag.is_none() => return Some(step),
                 Ok(step) if step.before_rounds > self.settings.easy_iterations => 1.0,
                 Ok(_) => FALLS,
+                Err(Reason::Stopped) => break,
                 Err(_) => GROWS,
             };
             if share > 1.0 {

@@ -2,11 +2,13 @@
 
 use super::drag::Drag;
 use super::failure::{Failure, Reason};
+use super::foreseen::Foreseen;
 use super::iterative::{Iterations, MixedTangent, TwoLevels};
 use super::neighbours::Neighbours;
 use super::previous::Previous;
 pub use super::settings::{Continue, Jump, Settings, Step};
 use super::small::{axpy, dot, solve_small};
+use super::stop::Ear;
 use crate::assembly::contact::ContactProbe;
 pub use crate::assembly::contact::Multipliers;
 use crate::assembly::follow::place_rigid_bodies;
@@ -64,6 +66,9 @@ pub struct Solver {
     pub(super) neighbours: Neighbours,
     /// On the way of a jump.
     pub(super) drag: Option<Drag>,
+    pub(super) ear: Ear,
+    /// Set where the present step is watched.
+    pub(super) foreseen: Option<Foreseen>,
     /// First energy of an iteration, carried over steps.
     pub(super) scale: f64,
     /// Newton iterations since the beginning.
@@ -154,6 +159,8 @@ impl Solver {
             previous: None,
             neighbours: Neighbours::default(),
             drag: None,
+            ear: Ear::default(),
+            foreseen: None,
             scale: 0.0,
             iterations: 0,
         };
@@ -261,6 +268,13 @@ impl Solver {
         Ok(step)
     }
 
+    /// From now on `asked` is called before every Newton iteration - also in those of steps that
+    /// fail, of jumps and of the search for the reason of a failure - and ends what is being solved
+    /// by true: with [`Reason::Stopped`], at the last accepted state.
+    pub fn stop_when(&mut self, asked: impl Fn() -> bool + Send + Sync + 'static) {
+        self.ear = Ear::new(asked);
+    }
+
     /// Targets of the accepted state, in the order of the parameters.
     pub fn targets(&self) -> &[f64] {
         &self.targets
@@ -340,12 +354,20 @@ impl Solver {
         let mut missed = Missed::default();
         let mut last = trial.clone();
         for iteration in 1..=self.settings.iterations {
+            if self.ear.asked() {
+                return Err(Reason::Stopped);
+            }
             if assembled.incomplete {
                 assembled = self.extend(trial)?;
             }
             let definiteness = self.renew(&assembled)?;
             let change = self.change(trial, &assembled, targets)?;
             self.iterations += 1;
+            if let Some(foreseen) = &mut self.foreseen
+                && foreseen.ahead.is_empty()
+            {
+                foreseen.ahead.clone_from(&change.displacement);
+            }
             let energy = change.energy.abs().sqrt();
             if !energy.is_finite() {
                 return Err(Reason::NotANumber);
@@ -376,6 +398,9 @@ impl Solver {
             let done = settled && seen && missed.share <= MISSED * self.settings.tolerance;
             if settled && missed.rounds >= MISSED_FOR {
                 return Err(self.impossible(&missed));
+            }
+            if done && end == End::Exact {
+                self.foresee_back(trial, &assembled);
             }
             let unstable = done && change.given_only && self.settings.stable && {
                 let pattern = &self.system.unknowns.pattern;
@@ -527,7 +552,7 @@ impl Solver {
     }
 
     /// Newton's change of unknowns and parameters.
-    fn change(
+    pub(super) fn change(
         &mut self,
         trial: &State,
         assembled: &Assembled,

@@ -50,7 +50,10 @@ impl Solver {
         }
         if !matches!(
             reason,
-            Reason::NotConverged { .. } | Reason::NotANumber | Reason::Unstable { .. }
+            Reason::NotConverged { .. }
+                | Reason::NotANumber
+                | Reason::Unstable { .. }
+                | Reason::Hopped { .. }
         ) {
             return reason;
         }

@@ -44,8 +44,8 @@ pub struct Settings {
     pub whole_cells: bool,
     /// Steps in which a body may creep, against a drag, to the equilibrium that it jumps to where the
     /// smallest step fails on a rough contact ([`Step::jump`]): points that begin to slide together
-    /// have none nearby. With 0, and with rigid bodies, constraints or an iterative solver, the
-    /// solution ends there.
+    /// have none nearby. Rigid bodies, constraints and an iterative solver do not creep. With 0 no
+    /// jump is accepted, neither by a creep nor by a step that hops over a fold.
     pub jump_steps: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.

@@ -1,6 +1,7 @@
 //! Steps that adapt themselves to Newton's iteration, and the rounds of multipliers in each.
 
 use super::failure::{Failure, Reason};
+use super::hop::Beyond;
 use super::memory::{Times, held, remember};
 use super::newton::{End, Solver};
 use super::previous::Previous;
@@ -54,20 +55,21 @@ impl Solver {
             .and_then(|previous| previous.ratio(&start, targets))
             .map_or(self.settings.first_step, |ratio| 1.5 / ratio);
         let mut size = pace.min(self.settings.largest_step);
+        let mut beyond = None;
         while gone < 1.0 {
             let left = 1.0 - gone;
             // Strain that creeps is not linear in time.
             let most = times.map_or(1.0, |times| times.step(gone * span) / span);
             let size_now = size.min(most);
             // No tiny last step.
-            let fraction = if size_now > 0.99 * left {
+            let mut fraction = if size_now > 0.99 * left {
                 left
             } else if size_now > 0.5 * left {
                 0.5 * left
             } else {
                 size_now
             };
-            let end = if fraction == left {
+            let mut end = if fraction == left {
                 1.0
             } else {
                 gone + fraction
@@ -85,30 +87,46 @@ impl Solver {
                 .collect();
             let last = end == 1.0 && duration > span;
             let elapsed = if last { duration } else { span * (end - gone) };
-            let mut step = match self.step(&target, elapsed) {
+            // What relaxes goes its way without a load, too.
+            self.foreseen = times.is_none().then(|| self.foresee(&target)).flatten();
+            let tried = self.tried((&target, elapsed), [end, fraction], &mut beyond);
+            let mut step = match tried {
                 Ok(step) => step,
                 Err(reason) => {
                     size = fraction / 3.0;
                     if size >= self.settings.smallest_step && !reason.is_final() {
                         continue;
                     }
-                    if !reason.is_final() && self.go_to_corners() {
+                    if beyond.is_none() && !reason.is_final() && self.go_to_corners() {
                         size = self.settings.first_step;
                         continue;
                     }
                     // A jump takes no time, and what relaxes would.
                     let may = times.is_none();
-                    let Some(step) = may.then(|| self.jump(&reason, &target)).flatten() else {
+                    let jumped = may.then(|| self.jump(&reason, &target)).flatten();
+                    let found = match jumped {
+                        Some(step) => Some((step, [end, fraction])),
+                        None if reason.is_final() => None,
+                        None => self.land(beyond.take()),
+                    };
+                    let Some((step, along)) = found else {
+                        let reason = if self.ear.asked() {
+                            Reason::Stopped
+                        } else {
+                            self.deeper(reason, targets)
+                        };
                         return Err(Failure {
-                            reason: self.deeper(reason, targets),
+                            reason,
                             fraction: gone,
                             parameters: self.named_parameters(),
                         });
                     };
+                    [end, fraction] = along;
                     step
                 }
             };
             gone = end;
+            beyond = beyond.filter(|beyond: &Beyond| beyond.along[0] > gone);
             step.fraction = gone;
             // Rounds of multipliers say nothing of the size of the step.
             if step.before_rounds <= self.settings.easy_iterations {
