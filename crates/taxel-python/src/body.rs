@@ -1,6 +1,7 @@
 //! Finite elements of any mesh: bodies at large strain, and fields between conductors.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::{Array1, Array2};
@@ -310,13 +311,9 @@ impl Problem {
         }
         pool::run(py, |request: Request<'_>| {
             let mut solver = self.solver.lock().unwrap_or_else(PoisonError::into_inner);
-            solver.load_to(&targets, |_, _| {
-                if request.asked() {
-                    Continue::Stop
-                } else {
-                    Continue::Yes
-                }
-            })?;
+            let flag = request.flag();
+            solver.stop_when(move || flag.load(Ordering::Relaxed));
+            solver.load_to(&targets, |_, _| Continue::Yes)?;
             Ok(())
         })
     }

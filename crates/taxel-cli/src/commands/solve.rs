@@ -81,6 +81,14 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
             effort.most
         );
     }
+    let inside_out = body.inside_out();
+    if !inside_out.is_empty() {
+        let steps: Vec<String> = inside_out.iter().map(usize::to_string).collect();
+        note!(
+            "note: after step {} a cell is inside out between its points of integration (least_volume_ratio), and forces are not to be trusted there; larger cells or a rounder edge help, and solver.whole_cells = true refuses such a state",
+            steps.join(", ")
+        );
+    }
     let about = about(&named, &body);
     let answer = table::render(
         arguments.format.into(),
@@ -124,6 +132,8 @@ fn solve(
     save: &dyn Fn(&Body, bool) -> Result<(), Stop>,
 ) -> Result<Way, Stop> {
     let interrupt = Interrupt::listen();
+    let flag = interrupt.flag().clone();
+    body.stop_when(move || flag.asked());
     let mut progress = Progress::new("solving");
     let steps = body.steps();
     if let Some(series) = series.as_mut().filter(|_| !resumed) {
@@ -136,7 +146,7 @@ fn solve(
         let done = before as f64;
         let result = body.step(|part| {
             progress.at((done + part) / steps as f64);
-            !interrupt.asked()
+            true
         });
         if body.went_to_corners() && !corners {
             corners = true;

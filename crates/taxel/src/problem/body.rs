@@ -109,7 +109,10 @@ impl Body {
         };
         let row = body.values().map_err(|reason| {
             let message = format!("the undeformed body: {reason}");
-            InputError::whole(name, message).help(reason.advice())
+            match body.key_of_field(&reason) {
+                Some(key) => build::wrong(key, message, "mend it there").at(name, text),
+                None => InputError::whole(name, message).help(reason.advice()),
+            }
         })?;
         body.rows.push(row);
         let overlaps = body.overlaps_at_rest();
@@ -132,6 +135,27 @@ impl Body {
             })
         });
         overlaps.collect()
+    }
+
+    /// Key of the field that can't be found.
+    fn key_of_field(&self, reason: &Reason) -> Option<String> {
+        let Reason::Field(_) = reason else {
+            return None;
+        };
+        let mut resistances = self.file.resistance.iter();
+        let wrong =
+            resistances.position(|one| fields::resistance(&self.file, one, &self.solver).is_err());
+        Some(wrong.map_or("capacitance.electrodes".to_owned(), |number| {
+            format!("resistance.{number}")
+        }))
+    }
+
+    /// Steps that are done whose state has a cell inside out somewhere.
+    pub fn inside_out(&self) -> Vec<usize> {
+        let least = |row: &Vec<f64>| row.last().is_some_and(|least| *least <= 0.0);
+        let steps = self.rows.iter().enumerate();
+        let steps = steps.filter(|(_, row)| least(row));
+        steps.map(|(step, _)| step).collect()
     }
 
     /// Number of steps.
@@ -171,21 +195,48 @@ impl Body {
         [self.solver.unknowns(), cells]
     }
 
+    /// From now on `asked` is called before every iteration and stops the step by true, at the last
+    /// part of it that is done.
+    pub fn stop_when(&mut self, asked: impl Fn() -> bool + Send + Sync + 'static) {
+        self.solver.stop_when(asked);
+    }
+
     /// Solves the next step; `seen` hears how much of it is done after each part, and stops it by
     /// false. Without a step left nothing is done.
     ///
     /// # Errors
     /// [`Failure`] with the last good state, which stays.
-    pub fn step(&mut self, mut seen: impl FnMut(f64) -> bool) -> Result<Ended, Failure> {
+    pub fn step(&mut self, seen: impl FnMut(f64) -> bool) -> Result<Ended, Failure> {
         let Some(targets) = self.steps.get(self.done).cloned() else {
             return Ok(Ended::Done);
         };
         // Each step begins anew, so that a solution that is resumed goes the same way.
         let (state, now) = (self.solver.state().clone(), self.solver.targets().to_vec());
         self.solver.restart(state, now);
-        self.seat()?;
-        let mut stopped = false;
         self.jumps.clear();
+        match self.seat().and_then(|()| self.load(&targets, seen)) {
+            Ok(Ended::Done) => {}
+            Err(failure) if failure.reason != Reason::Stopped => return Err(failure),
+            _ => return Ok(Ended::Stopped),
+        }
+        let row = self.values().map_err(Failure::at_start)?;
+        self.rows.push(row);
+        self.done += 1;
+        Ok(Ended::Done)
+    }
+
+    /// Loads to the targets of a step.
+    fn load(
+        &mut self,
+        targets: &[f64],
+        mut seen: impl FnMut(f64) -> bool,
+    ) -> Result<Ended, Failure> {
+        if self.solver.targets() == targets {
+            let part = self.solver.settle()?;
+            self.effort.add(&part);
+            return Ok(Ended::Done);
+        }
+        let mut ended = Ended::Done;
         let (effort, jumps) = (&mut self.effort, &mut self.jumps);
         let mut hear = |_: &_, step: &Step| {
             effort.add(step);
@@ -193,23 +244,12 @@ impl Body {
             if seen(step.fraction) || step.fraction == 1.0 {
                 Continue::Yes
             } else {
-                stopped = true;
+                ended = Ended::Stopped;
                 Continue::Stop
             }
         };
-        if self.solver.targets() == targets.as_slice() {
-            let part = self.solver.settle()?;
-            self.effort.add(&part);
-        } else {
-            self.solver.load_to(&targets, &mut hear)?;
-        }
-        if stopped {
-            return Ok(Ended::Stopped);
-        }
-        let row = self.values().map_err(Failure::at_start)?;
-        self.rows.push(row);
-        self.done += 1;
-        Ok(Ended::Done)
+        self.solver.load_to(targets, &mut hear)?;
+        Ok(ended)
     }
 
     /// Moves obstacles whose force is prescribed until they press: one that only touches, or does
@@ -236,18 +276,25 @@ impl Body {
             }
             let rule = self.solver.problem().rules()[number].clone();
             self.solver.set_rule(Parameter(number), Rule::Given)?;
-            let size = self.largest_coordinate();
-            let mut way = SEAT * size;
-            while way < size {
-                let mut targets = self.solver.targets().to_vec();
-                targets[number] += way;
-                self.solver.load_to(&targets, |_, _| Continue::Yes)?;
-                if self.solver.evaluate()?.along[number] > 0.0 {
-                    break;
-                }
-                way *= 2.0;
-            }
+            let seated = self.drive_until_it_presses(number);
             self.solver.set_rule(Parameter(number), rule)?;
+            seated?;
+        }
+        Ok(())
+    }
+
+    /// The same with one, whose way is given meanwhile.
+    fn drive_until_it_presses(&mut self, number: usize) -> Result<(), Failure> {
+        let size = self.largest_coordinate();
+        let mut way = SEAT * size;
+        while way < size {
+            let mut targets = self.solver.targets().to_vec();
+            targets[number] += way;
+            self.solver.load_to(&targets, |_, _| Continue::Yes)?;
+            if self.solver.evaluate()?.along[number] > 0.0 {
+                break;
+            }
+            way *= 2.0;
         }
         Ok(())
     }
@@ -604,6 +651,19 @@ impl Body {
         message
     }
 
+    /// True if the present step prescribes ways and angles alone.
+    fn moves_by_ways(&self) -> bool {
+        let Some(targets) = self.steps.get(self.done) else {
+            return false;
+        };
+        let moves = |number: usize| self.solver.targets()[number] != targets[number];
+        let drivers = self.file.parameter.iter().zip(&self.dimensions).enumerate();
+        let mut moving = drivers.filter(|(number, _)| moves(*number));
+        moving.all(|(_, (driver, dimension))| {
+            driver.prescribes.is_none() && ["m", "rad"].contains(&dimension.si)
+        })
+    }
+
     fn advice(&self, reason: &Reason) -> String {
         let soft = self.file.material.iter().any(|material| {
             matches!(
@@ -616,7 +676,16 @@ impl Body {
                 "free a surface, vent a cavity, or give the solid a bulk modulus: \
                  compressibility = { quadratic = { bulk_modulus = \"…\" } }",
             ),
-            Reason::Limit { .. } | Reason::Unstable { .. } => {
+            Reason::Limit { .. } | Reason::Unstable { .. } | Reason::Hopped { .. }
+                if self.moves_by_ways() =>
+            {
+                String::from(
+                    "the ways are prescribed already, and the body buckles or creases: move a support or \
+                     an obstacle a little aside, so that it goes to one side; give faces that fold onto each \
+                     other a contact",
+                )
+            }
+            Reason::Limit { .. } | Reason::Unstable { .. } | Reason::Hopped { .. } => {
                 let cause = if matches!(reason, Reason::Limit { .. }) {
                     "the load has a limit there"
                 } else {

@@ -20,6 +20,8 @@ use taxel_recording::InputError;
 const STIFFNESS: f64 = 50.0;
 /// Overlap that is accepted over the mean side of a cell.
 const OVERLAP: f64 = 1e-4;
+/// A point lies on the axis of revolution within this share of the greatest radius.
+const ON_AXIS: f64 = 1e-9;
 
 /// A mistake at a key of the problem file: its path, the message, what to do.
 pub(super) struct Wrong {
@@ -90,6 +92,9 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     } else if let Err(error) = quality.require(&drawing.mesh) {
         return Err(wrong("mesh.file", error.to_string(), "mend the mesh"));
     }
+    if kinematics == Kinematics::Axisymmetric {
+        right_of_axis(&drawing.mesh)?;
+    }
     let problem = solid::Problem::new(drawing.mesh, kinematics).map_err(|error| {
         wrong(
             "geometry",
@@ -105,6 +110,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         uses: vec![None; file.parameter.len()],
         constraint_of: Vec::new(),
     };
+    distinct(file)?;
     builder.parameters()?;
     builder.materials()?;
     builder.supports()?;
@@ -129,6 +135,78 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         dimensions,
         notes,
     })
+}
+
+/// Refuses a section that crosses its axis of revolution.
+fn right_of_axis(mesh: &Mesh) -> Result<(), Wrong> {
+    let radii = mesh.points.iter().map(|point| point[0]);
+    let most = radii
+        .clone()
+        .fold(0.0, |most: f64, radius| most.max(radius.abs()));
+    let least = radii.fold(0.0, f64::min);
+    if least >= -ON_AXIS * most {
+        return Ok(());
+    }
+    let message = format!(
+        "the mesh reaches a radius of {:.4} mm: its first axis is the radius, at least 0",
+        1e3 * least
+    );
+    let help = "draw the half of the section on the positive side of the axis";
+    Err(wrong("geometry", message, help))
+}
+
+/// Keys and names of the parts in a list of the file.
+fn names<'f, T>(list: &str, parts: &'f [T], name: fn(&T) -> &String) -> Vec<(String, &'f String)> {
+    let numbered = parts.iter().enumerate();
+    let named = numbered.map(|(number, part)| (format!("{list}.{number}"), name(part)));
+    named.collect()
+}
+
+/// Refuses names that are empty or given twice: each column of the table has its own.
+fn distinct(file: &ProblemFile) -> Result<(), Wrong> {
+    let touched = [
+        names("obstacle", &file.obstacle, |obstacle| &obstacle.name),
+        names("contact", &file.contact, |contact| &contact.name),
+        names("rigid", &file.rigid, |rigid| &rigid.name),
+    ];
+    let resistances = [
+        names("channel", &file.channel, |channel| &channel.cavity),
+        names("resistance", &file.resistance, |resistance| {
+            &resistance.name
+        }),
+    ];
+    let groups = [
+        names("parameter", &file.parameter, |parameter| &parameter.name),
+        touched.concat(),
+        names("cavity", &file.cavity, |cavity| &cavity.name),
+        resistances.concat(),
+        names("output.reactions", &file.output.reactions, |name| name),
+        names("output.displacements", &file.output.displacements, |name| {
+            name
+        }),
+    ];
+    for group in groups {
+        for (at, (part, name)) in group.iter().enumerate() {
+            let message = if name.trim().is_empty() {
+                "the name is empty".to_owned()
+            } else if group[..at].iter().any(|(_, before)| before == name) {
+                format!("another one is called \"{name}\"")
+            } else {
+                continue;
+            };
+            let key = match part.split_once('.') {
+                Some(("channel", _)) => format!("{part}.cavity"),
+                Some(("output", _)) => part.clone(),
+                _ => format!("{part}.name"),
+            };
+            return Err(wrong(
+                key,
+                message,
+                "give each its own name, and name each once",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The key at which an error of the whole problem is shown.
@@ -199,24 +277,18 @@ impl Builder<'_> {
     fn parameters(&mut self) -> Result<(), Wrong> {
         for (number, driver) in self.file.parameter.iter().enumerate() {
             let key = format!("parameter.{number}");
-            let same = |other: &&super::description::Driver| other.name == driver.name;
-            if self.file.parameter[..number]
-                .iter()
-                .any(|other| same(&other))
-            {
-                let message = format!("two parameters are called \"{}\"", driver.name);
-                return Err(wrong(
-                    format!("{key}.name"),
-                    message,
-                    "give each its own name",
-                ));
+            if driver.name == "step" {
+                let message = "the table calls the number of the step so";
+                return Err(wrong(format!("{key}.name"), message, "give another name"));
             }
             let first = self.file.parameter[0].values.len();
             if driver.values.is_empty() || driver.values.len() != first {
-                let message = format!(
-                    "{} values, but the first parameter has {first}: one for each step",
-                    driver.values.len()
-                );
+                let message = match driver.values.len() {
+                    0 => "no value: one for each step is needed".to_owned(),
+                    own => format!(
+                        "{own} values, but the first parameter has {first}: one for each step"
+                    ),
+                };
                 let help = "give every parameter as many values as there are steps, at least one";
                 return Err(wrong(format!("{key}.values"), message, help));
             }
@@ -404,24 +476,6 @@ impl Builder<'_> {
     fn rigid_bodies(&mut self) -> Result<(), Wrong> {
         for (number, rigid) in self.file.rigid.iter().enumerate() {
             let key = format!("rigid.{number}");
-            let before = self.file.rigid[..number].iter().map(|rigid| &rigid.name);
-            let obstacles = self.file.obstacle.iter().map(|obstacle| &obstacle.name);
-            let contacts = self.file.contact.iter().map(|contact| &contact.name);
-            if before
-                .chain(obstacles)
-                .chain(contacts)
-                .any(|name| *name == rigid.name)
-            {
-                let message = format!(
-                    "two rigid bodies, contacts or obstacles are called \"{}\"",
-                    rigid.name
-                );
-                return Err(wrong(
-                    format!("{key}.name"),
-                    message,
-                    "give each its own name",
-                ));
-            }
             let point = rigid.point.map(|point| self.inside(point));
             let found = self.problem.rigid_body(&rigid.on, point);
             let mut body = found.map_err(|_| {
@@ -663,7 +717,14 @@ impl Builder<'_> {
             let key = format!("cavity.{number}");
             let mut wall = Vec::new();
             for (at, name) in cavity.wall.iter().enumerate() {
-                wall.extend(self.surface(name, &format!("{key}.wall.{at}"))?);
+                let key = format!("{key}.wall.{at}");
+                for facet in self.surface(name, &key)? {
+                    if wall.contains(&facet) {
+                        let message = format!("\"{name}\" was part of the wall before");
+                        return Err(wrong(key, message, "name each surface once"));
+                    }
+                    wall.push(facet);
+                }
             }
             if wall.is_empty() {
                 let message = "the cavity has no wall";
@@ -768,18 +829,6 @@ impl Builder<'_> {
     fn contacts(&mut self) -> Result<(), Wrong> {
         for (number, contact) in self.file.contact.iter().enumerate() {
             let key = format!("contact.{number}");
-            let names = self.file.obstacle.iter().map(|obstacle| &obstacle.name);
-            let before = self.file.contact[..number]
-                .iter()
-                .map(|contact| &contact.name);
-            if names.chain(before).any(|name| *name == contact.name) {
-                let message = format!("two contacts or obstacles are called \"{}\"", contact.name);
-                return Err(wrong(
-                    format!("{key}.name"),
-                    message,
-                    "give each its own name",
-                ));
-            }
             let surfaces = self.two_surfaces(&contact.surfaces, &key)?;
             // The softer of the two bodies decides.
             let modulus = self.moduli(&surfaces[0])[1].min(self.moduli(&surfaces[1])[1]);

@@ -318,6 +318,48 @@ const MISTAKES: &[Mistake] = &[
         &["rigid.0.unturned.0", "it turns about y"],
     ),
     (
+        "dome",
+        "reactions = [\"base\"]",
+        "reactions = [\"base\", \"base\"]",
+        &["output.reactions.1", "called \"base\""],
+    ),
+    (
+        "dome",
+        "name = \"plate\"",
+        "name = \" \"",
+        &["obstacle.0.name", "empty"],
+    ),
+    (
+        "fingertip",
+        "name = \"slide\"",
+        "name = \"press\"",
+        &["parameter.1.name", "called \"press\""],
+    ),
+    (
+        "dome",
+        "values = [\"0.25 mm\", \"0.5 mm\", \"0.75 mm\", \"1 mm\", \"1.25 mm\", \"1.5 mm\"]",
+        "values = []",
+        &["parameter.0.values", "no value"],
+    ),
+    (
+        "channel",
+        "wall = [\"wall\"]",
+        "wall = [\"wall\", \"wall\"]",
+        &["cavity.0.wall.1", "before"],
+    ),
+    (
+        "dome",
+        "[\"upper_electrode\", \"lower_electrode\"]",
+        "[\"upper_electrode\", \"upper_electrode\"]",
+        &["capacitance.electrodes", "share node"],
+    ),
+    (
+        "fingertip",
+        "{ plane_strain = { depth = \"15 mm\" } }",
+        "\"axisymmetric\"",
+        &["geometry", "radius of -"],
+    ),
+    (
         "fingertip",
         "\"4 mm\"]",
         "\"4 mm\"]\nprescribes = \"torque\"",
