@@ -153,7 +153,7 @@ fn constants<D: Findings>(
         held_out: options.hold_out.words(),
         models,
         scope: device.scope(&found),
-        remarks,
+        remarks: Remark::gathered(remarks),
         figures: device.figures(&found, &candidates),
         ..Outcome::new(device.models()[wanted].name, &device.sensors())
     };

@@ -32,6 +32,33 @@ impl Remark {
         (!subjects.is_empty()).then(listed)
     }
 
+    /// The same remarks, each said once: what several name alike before a colon is one remark, with
+    /// their names in the place of the first.
+    pub(crate) fn gathered(remarks: Vec<Self>) -> Vec<Self> {
+        let mut gathered: Vec<(Vec<String>, Self)> = Vec::new();
+        for remark in remarks {
+            let named = remark.message.split_once(": ");
+            let named = named.filter(|(name, _)| remark.line == 0 && !name.contains(' '));
+            let (names, message) = match named {
+                Some((name, message)) => (vec![name.to_owned()], message.to_owned()),
+                None => (Vec::new(), remark.message),
+            };
+            let remark = Self { message, ..remark };
+            let alike = |(others, other): &&mut (Vec<String>, Self)| {
+                *other == remark && others.is_empty() == names.is_empty()
+            };
+            match gathered.iter_mut().find(alike) {
+                Some((others, _)) => others.extend(names),
+                None => gathered.push((names, remark)),
+            }
+        }
+        let said = |(names, remark): (Vec<String>, Self)| match &names[..] {
+            [] => remark,
+            names => Self::whole(format!("{}: {}", names.join(", "), remark.message)),
+        };
+        gathered.into_iter().map(said).collect()
+    }
+
     /// A remark about all readings.
     pub fn whole(message: impl Into<String>) -> Self {
         Self {
@@ -47,5 +74,38 @@ impl fmt::Display for Remark {
             0 => f.write_str(&self.message),
             line => write!(f, "line {line}: {}", self.message),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_several_channels_share_is_said_once() {
+        let remarks = [
+            "channel_0: 4 readings are left out",
+            "the last fifth is held out",
+            "channel_1: 4 readings are left out",
+            "channel_2: 5 readings are left out",
+            "the last fifth is held out",
+            "a remark of one: and two",
+        ];
+        let mut remarks: Vec<Remark> = remarks.map(Remark::whole).into();
+        remarks.push(Remark::at(3, "channel_0: 4 readings are left out"));
+        let said: Vec<String> = Remark::gathered(remarks)
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(
+            said,
+            [
+                "channel_0, channel_1: 4 readings are left out",
+                "the last fifth is held out",
+                "channel_2: 5 readings are left out",
+                "a remark of one: and two",
+                "line 3: channel_0: 4 readings are left out",
+            ]
+        );
     }
 }

@@ -267,8 +267,8 @@ fn transduction(array: &MicrochannelArray<'_>) -> Vec<Fact> {
             "transduction",
             format!("{name}_whole_top_error"),
             number(whole_top_error(&layer.closing, &layer.liquid)?, "share", "%", 1e-2),
-            "change of resistance too small by this at most with the whole top pressed: the other layer is left out; taxel \
-             tabulate and --mechanics fem have both",
+            "change of resistance too small by this at most with the whole top pressed, up to half the area: the other layer is \
+             left out; taxel tabulate and --mechanics fem have both",
         ))
     });
     facts.extend(errors);

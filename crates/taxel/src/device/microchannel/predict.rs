@@ -338,7 +338,7 @@ impl MicrochannelPredictor {
         let error = errors.reduce(f64::max).filter(|_| whole)?;
         Some(format!(
             "the closing curves leave the other layer out: with the whole top pressed the changes of resistance are too small \
-             by up to {:.0} %; --mechanics fem and taxel tabulate solve both layers",
+             by up to {:.0} % until half the area is closed; --mechanics fem and taxel tabulate solve both layers",
             100.0 * error
         ))
     }
