@@ -147,6 +147,23 @@ impl ThreeAxisCapacitor {
         if self.plates.parallel_capacitance.is_some() || !beside {
             return Ok(());
         }
+        let [along_x, along_y] = drawing.electrode;
+        let (side, [_, widest]) = (along_x.min(along_y), drawing.air_gap);
+        require(
+            widest <= side + SAME_LENGTH,
+            &key("plates.air_gap"),
+            || {
+                format!(
+                    "an air gap of {} is wider than electrodes of {}, and leaves no edges to solve",
+                    micrometres(widest),
+                    micrometres(side)
+                )
+            },
+            &format!(
+                "give at most {}, larger electrodes, or type parallel_capacitance in",
+                micrometres(side)
+            ),
+        )?;
         let solved = SolvedEdges::of_unit(&drawing, solutions);
         self.plates.solved_edges = checks::solved(
             solved,

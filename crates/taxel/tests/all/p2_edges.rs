@@ -5,6 +5,7 @@ use crate::common::{Row, UM, assert_near, table};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
+use taxel::sensor::Sensor;
 use taxel::solutions::Afresh;
 use taxel::transduction::{
     DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, INNER_DISTANCE,
@@ -335,6 +336,16 @@ fn drawings_between_the_rows() {
             "{drawing:?}: {found} {solved}"
         );
     }
+}
+
+/// Plates farther apart than they are wide are refused at their gap, before anything is solved.
+#[test]
+fn a_gap_wider_than_its_electrodes_is_refused() {
+    let shipped = Sensor::shipped_text("three-axis-8x8").unwrap();
+    let wide = shipped.replace("air_gap = \"6 um\"", "air_gap = \"401 um\"");
+    let error = Sensor::parse("wide.toml", &wide).unwrap_err();
+    assert!(error.key.ends_with("plates.air_gap"), "{error:?}");
+    assert!(error.help.contains("at most 400 um"), "{error:?}");
 }
 
 /// A length beyond the table is named with its range.
