@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::mechanics::{DiscGrip, LayerLaw, LayerRim, PreloadError, Preloaded, SoftLayer};
+use crate::mechanics::{
+    DiscGrip, LayerLaw, LayerRim, PreloadError, Preloaded, SeatedSetting, SoftLayer,
+};
 use crate::quantity::{
     self, AnyChargePerForce, Checked, Fraction, NonNegativeForce, NonNegativeViscosity,
     PositiveArea, PositiveCapacitance, PositiveChargePerForce, PositiveDensity, PositiveForce,
@@ -247,6 +249,16 @@ impl Piezoelectric {
             Some(Seat::Middle) => 0.5 * cover.thickness,
             Some(Seat::At(seat)) => seat.height,
             None => 0.5 * plate + (1.0 - cover.share_above) * (cover.thickness - plate),
+        }
+    }
+
+    /// What the table of elements in their layer was solved for, under a disc of this area, m².
+    pub fn seated(&self, disc_area: f64) -> SeatedSetting {
+        SeatedSetting {
+            disc_area,
+            element_area: self.ceramic.side * self.ceramic.side,
+            element_thickness: self.ceramic.thickness,
+            thickness: self.cover.thickness,
         }
     }
 

@@ -119,13 +119,10 @@ fn check_seat(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
         "write cover.contact = \"rigid_disc\", or in_plane = \"ignored\"",
     )?;
     // All that a load does not say: whether the drawing was solved.
-    let (cover, ceramic) = (&description.cover, &description.ceramic);
-    let setting = SeatedSetting {
-        disc_area: SeatedSetting::DISC_AREA,
-        element_area: ceramic.side * ceramic.side,
-        element_thickness: ceramic.thickness,
-        thickness: cover.thickness,
-    };
+    let (cover, setting) = (
+        &description.cover,
+        description.seated(SeatedSetting::DISC_AREA),
+    );
     let element = setting.element(description.seat_height(), cover.rim, cover.grip);
     element.map(drop).map_err(|outside| {
         let help = "draw what was solved, or write in_plane = \"ignored\"";

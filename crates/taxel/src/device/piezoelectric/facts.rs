@@ -6,7 +6,7 @@ use super::PiezoelectricArray;
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::{ChargeOptions, ChargeReader};
-use crate::mechanics::{Base, BondedDisc, Contact, SeatedSetting, SoftCover};
+use crate::mechanics::{Base, BondedDisc, Contact, SoftCover};
 use crate::summary::{Fact, Value, fact, number, text};
 use taxel_numerics::linear_chain::Transfer;
 
@@ -150,12 +150,7 @@ fn under_a_disc(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
         share * description.ceramic.charge_per_force,
         "d33 times that share, stress in the plane left out",
     ));
-    let setting = SeatedSetting {
-        disc_area: cover.preload_area,
-        element_area: side * side,
-        element_thickness: description.ceramic.thickness,
-        thickness: cover.thickness,
-    };
+    let setting = description.seated(cover.preload_area);
     let interval = description
         .charge_constants()
         .and_then(|constants| setting.charge_interval(constants).ok());

@@ -312,13 +312,8 @@ impl PiezoelectricPredictor {
 
     /// What the table of elements in their layer was solved for, under this contact.
     fn setting(&self, contact: &ContactLoad) -> SeatedSetting {
-        let ceramic = &self.description.ceramic;
-        SeatedSetting {
-            disc_area: PI * contact.radius * contact.radius,
-            element_area: ceramic.side * ceramic.side,
-            element_thickness: ceramic.thickness,
-            thickness: self.description.cover.thickness,
-        }
+        self.description
+            .seated(PI * contact.radius * contact.radius)
     }
 
     /// Charge of an element that is bonded to the silicone, C.
