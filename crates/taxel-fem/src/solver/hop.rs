@@ -32,6 +32,25 @@ fn length(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+fn greatest(ways: &[[f64; 3]]) -> f64 {
+    ways.iter().fold(0.0, |most, way| most.max(length(*way)))
+}
+
+/// Ways of the nodes from one state to another, m.
+fn ways(from: &State, to: &State) -> Vec<[f64; 3]> {
+    let both = to.displacement.iter().zip(&from.displacement);
+    both.map(|(new, old)| std::array::from_fn(|d| new[d] - old[d]))
+        .collect()
+}
+
+/// Whether some way back, of any length, makes these ways a hop: it moves the mean by half of
+/// itself, which is at most half of the greatest foreseen way.
+fn may_hop(ways: &[[f64; 3]], ahead: &[[f64; 3]]) -> bool {
+    let most = (HOPS - 0.5) * greatest(ahead);
+    let mut both = ways.iter().zip(ahead);
+    both.any(|(way, ahead)| length(std::array::from_fn(|d| way[d] - 0.5 * ahead[d])) > most)
+}
+
 /// The greatest extent of some points along an axis.
 fn extent(points: impl Iterator<Item = [f64; 3]>) -> f64 {
     let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -64,9 +83,11 @@ impl Solver {
         })
     }
 
-    /// Keeps what the tangent of a converged iteration foresees of the way back.
+    /// Keeps what the tangent of a converged iteration foresees of the way back, where the way
+    /// there leaves room for a hop.
     pub(super) fn foresee_back(&mut self, found: &State, assembled: &Assembled) {
-        if self.foreseen.is_none() {
+        let ahead = self.foreseen.as_ref().map(|foreseen| &foreseen.ahead);
+        if !ahead.is_some_and(|ahead| may_hop(&ways(&self.state, found), ahead)) {
             return;
         }
         let back = self.change(found, assembled, &self.targets.clone());
@@ -117,17 +138,13 @@ impl Solver {
         if ahead.is_empty() || back.is_empty() {
             return None;
         }
-        let ways = self.state.displacement.iter().zip(&before.displacement);
-        let ways: Vec<[f64; 3]> = ways
-            .map(|(new, old)| std::array::from_fn(|d| new[d] - old[d]))
-            .collect();
+        let ways = ways(before, &self.state);
         let missed = |node: usize| {
             let mean = |d: usize| 0.5 * (ahead[node][d] - back[node][d]);
             length(std::array::from_fn(|d| ways[node][d] - mean(d)))
         };
         let node = (0..ways.len()).max_by(|&a, &b| missed(a).total_cmp(&missed(b)))?;
-        let both = ahead.iter().chain(back);
-        let foreseen = both.fold(0.0, |most: f64, way| most.max(length(*way)));
+        let foreseen = greatest(ahead).max(greatest(back));
         let way = length(ways[node]);
         let hops = missed(node) > HOPS * foreseen && way > self.cell_at(node);
         hops.then(|| Jump {
