@@ -45,7 +45,7 @@ fn ways(from: &State, to: &State) -> Vec<[f64; 3]> {
 
 /// Whether some way back, of any length, makes these ways a hop: it moves the mean by half of
 /// itself, which is at most half of the greatest foreseen way.
-fn may_hop(ways: &[[f64; 3]], ahead: &[[f64; 3]]) -> bool {
+fn leaves_room(ways: &[[f64; 3]], ahead: &[[f64; 3]]) -> bool {
     let most = (HOPS - 0.5) * greatest(ahead);
     let mut both = ways.iter().zip(ahead);
     both.any(|(way, ahead)| length(std::array::from_fn(|d| way[d] - 0.5 * ahead[d])) > most)
@@ -83,13 +83,14 @@ impl Solver {
         })
     }
 
-    /// Keeps what the tangent of a converged iteration foresees of the way back, where the way
-    /// there leaves room for a hop.
-    pub(super) fn foresee_back(&mut self, found: &State, assembled: &Assembled) {
+    /// True if a step to this state may be a hop, as far as is known without its end's tangent.
+    pub(super) fn may_hop(&self, found: &State) -> bool {
         let ahead = self.foreseen.as_ref().map(|foreseen| &foreseen.ahead);
-        if !ahead.is_some_and(|ahead| may_hop(&ways(&self.state, found), ahead)) {
-            return;
-        }
+        ahead.is_some_and(|ahead| leaves_room(&ways(&self.state, found), ahead))
+    }
+
+    /// Keeps what the tangent at an equilibrium foresees of the way back.
+    pub(super) fn foresee_back(&mut self, found: &State, assembled: &Assembled) {
         let back = self.change(found, assembled, &self.targets.clone());
         if let (Some(foreseen), Ok(back)) = (&mut self.foreseen, back) {
             foreseen.back = back.displacement;

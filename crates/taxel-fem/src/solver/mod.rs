@@ -1,5 +1,6 @@
 //! Linear and nonlinear solution.
 
+mod chords;
 mod control;
 mod designs;
 mod drag;

@@ -35,6 +35,14 @@ const MISSED_FOR: usize = 4;
 /// An iteration whose energy has grown so many times over that of the step is lost.
 const LOST: f64 = 10.0;
 
+/// An iteration keeps its tangent once its energy norm has fallen to this share in one change: in
+/// the second change of a step, whose first follows the load, and in a later one.
+const NEAR: [f64; 2] = [0.01, 0.1];
+
+/// With a tangent that is kept it ends at this share of its tolerance: as near as the square of a
+/// last change comes.
+const CLOSER: f64 = 1e-4;
+
 /// Least share of a change that is tried where the whole one turns a cell inside out.
 const SHORTEST: f64 = 0.03;
 
@@ -384,8 +392,8 @@ impl Solver {
             for known in &mut trial.contacts {
                 known.stuck.clear();
             }
-            let fallen = energy <= self.settings.tolerance * scale
-                || at_floor(&energies, assembled.rounding);
+            let goal = self.settings.tolerance * scale;
+            let fallen = energy <= goal || at_floor(&energies, assembled.rounding);
             let settled = fallen && !stuck;
             let before = trial.clone();
             last.clone_from(&before);
@@ -399,7 +407,7 @@ impl Solver {
             if settled && missed.rounds >= MISSED_FOR {
                 return Err(self.impossible(&missed));
             }
-            if done && end == End::Exact {
+            if done && end == End::Exact && self.may_hop(trial) {
                 self.foresee_back(trial, &assembled);
             }
             let unstable = done && change.given_only && self.settings.stable && {
@@ -414,6 +422,29 @@ impl Solver {
             if done {
                 self.scale = first.max(0.3 * self.scale);
                 return Ok(converged(iteration, definiteness, &energies));
+            }
+            if is_near(&energies)
+                && end == End::Exact
+                && length == 1.0
+                && definiteness == Definiteness::Positive
+                && assembled.unsymmetric.is_empty()
+                && self.keeps_factor(trial, targets)
+                && let Some(found) = self.chords(trial.clone(), Some(energy), CLOSER * goal)
+            {
+                energies.truncate(iteration - usize::from(found.tangents == 0));
+                energies.extend(&found.energies);
+                let step = Step {
+                    iterations: iteration + found.iterations,
+                    before_rounds: iteration + found.like_newton(goal),
+                    ..converged(iteration, definiteness, &energies)
+                };
+                *trial = found.state;
+                if !self.may_hop(trial) {
+                    self.scale = first.max(0.3 * self.scale);
+                    return Ok(step);
+                }
+                assembled = self.tangent_at(trial)?;
+                continue;
             }
             // An iteration that wanders between sets of touching points has to come nearer with
             // each change.
@@ -621,6 +652,15 @@ pub(super) enum End {
     Exact,
     /// After a change that has taken most of the forces along it.
     Nearer,
+}
+
+/// True where the changes to come are foreseen to fall fast with the present tangent.
+fn is_near(energies: &[f64]) -> bool {
+    match energies {
+        [first, second] => *second <= NEAR[0] * first,
+        [.., before, last] => *last <= NEAR[1] * before,
+        _ => false,
+    }
 }
 
 fn converged(iterations: usize, definiteness: Definiteness, energies: &[f64]) -> Step {

@@ -92,7 +92,7 @@ pub struct Jump {
 pub struct Step {
     /// Newton iterations, all rounds together.
     pub iterations: usize,
-    /// Newton iterations before the first round of contact multipliers.
+    /// Those before the first round of contact multipliers, as many as with a new tangent in each.
     pub before_rounds: usize,
     /// The least volume ratio over all cells; none for a body without cells.
     pub least_volume: Option<LeastVolume>,

@@ -497,7 +497,7 @@ impl EdgeDrawing {
             grounded: TileEdges {
                 inner,
                 outer,
-                corners: corner_capacitance() * scale,
+                corners: corners_of(self),
             },
             surroundings: [
                 TileEdges {
