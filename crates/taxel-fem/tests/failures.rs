@@ -9,8 +9,8 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, Grid2, Mesh, gmsh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Parameter, Pressure,
-    Problem, ProblemError, Quantity, RigidBody, Rule, Shape, SurfacePair,
+    Cavity, Constraint, Contact, DeadLoad, FreeMotion, Kinematics, Motion, Obstacle, Parameter,
+    Pressure, Problem, ProblemError, Quantity, RigidBody, Rule, Shape, SurfacePair,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Jump, Solver, Step};
@@ -110,6 +110,34 @@ fn a_closed_body_that_keeps_its_volume_has_no_room() {
     let failure = fails(problem, &[0.05], "bulk modulus");
     assert!(matches!(failure.reason, Reason::Volume { .. }), "{failure}");
     assert!(failure.fraction < 1e-3, "{failure}");
+}
+
+#[test]
+fn a_cavity_ends_before_its_walls_pass_through_each_other() {
+    // Half of a slit of height 0.2, and its plane of symmetry below.
+    let mut problem = rectangle([1.0, 0.4], [8, 3], rubber());
+    for point in &mut problem.mesh.points {
+        point[1] += 0.1;
+    }
+    problem.clamp("left").unwrap();
+    problem.clamp("right").unwrap();
+    let inside = Quantity::Volume(0);
+    let pressure = problem.parameter("pressure", Rule::Prescribes(inside));
+    problem.cavities.push(Cavity {
+        wall: problem.surface("bottom").unwrap(),
+        axis: 1,
+        origin: 0.0,
+        pressure,
+    });
+    let failure = fails(problem, &[-0.02], "pass through each other");
+    let Reason::CavityCrossed { cavity, share } = failure.reason else {
+        panic!("{failure}");
+    };
+    assert!(cavity == 0 && share <= 0.0, "{failure}");
+    // From 0.1 to -0.02 the volume is zero at five sixths.
+    let zero = 5.0 / 6.0;
+    let near = failure.fraction < zero && failure.fraction > zero - 2e-3;
+    assert!(near, "{failure}");
 }
 
 #[test]

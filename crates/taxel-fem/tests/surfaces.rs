@@ -8,7 +8,8 @@ use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{Axis, CellShape, Grid2, Grid3, LowerCell, Mesh, gmsh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{
-    Contact, DeadLoad, Kinematics, Motion, Parameter, Problem, Rule, Support, SurfacePair,
+    Contact, DeadLoad, Kinematics, Motion, Obstacle, Parameter, Problem, Rule, Shape, Support,
+    SurfacePair,
 };
 use taxel_fem::solver::newton::{Continue, Solver, Step};
 
@@ -134,6 +135,34 @@ fn moved(problem: &Problem, state: &State, motion: &dyn Fn(usize, usize) -> f64)
         .collect()
 }
 
+/// What the tangent of a contact of friction 0.4 is off from differences, over the greatest change
+/// of a force: what the contact adds to the bodies without it, along a motion of all nodes. `seen`
+/// counts its points that stick and slide.
+fn off_differences(
+    [problem, bare]: [&Problem; 2],
+    state: &State,
+    trial: usize,
+    seen: &mut [usize; 2],
+) -> f64 {
+    let system = System::new(problem).unwrap();
+    let probe = system.contact(problem, state, &state.places(&problem.mesh), 0);
+    for (pressure, t) in probe.pressures.iter().zip(&probe.tractions) {
+        let t = t.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if *pressure > 0.0 {
+            seen[usize::from(t >= 0.4 * pressure * (1.0 - 1e-9))] += 1;
+        }
+    }
+    let motion = |node: usize, d: usize| scattered(3 * node + 5 * d + trial);
+    let [with, without] = [problem, bare].map(|body| moved(body, state, &motion));
+    let (mut size, mut off) = (0.0_f64, 0.0_f64);
+    for (with, without) in with.iter().zip(&without) {
+        let [exact, found] = [0, 1].map(|k| with[k] - without[k]);
+        size = size.max(exact.abs());
+        off = off.max((exact - found).abs());
+    }
+    off / size
+}
+
 #[test]
 fn the_tangent_between_rough_surfaces_is_that_of_differences() {
     let cubes =
@@ -175,8 +204,7 @@ fn the_tangent_between_rough_surfaces_is_that_of_differences() {
         solver
             .load_to(&[0.04, across], |_, _| Continue::Yes)
             .unwrap();
-        let system = System::new(&problem).unwrap();
-        let (mut sticks, mut slides) = (0, 0);
+        let mut seen = [0; 2];
         for trial in 0..3 {
             let mut state = solver.state().clone();
             // Some points stick, some slide.
@@ -185,32 +213,64 @@ fn the_tangent_between_rough_surfaces_is_that_of_differences() {
                     *u += 2e-3 * scattered(7 * node + d + 1000 * trial);
                 }
             }
-            let places = state.places(&problem.mesh);
-            let probe = system.contact(&problem, &state, &places, 0);
-            for (pressure, t) in probe.pressures.iter().zip(&probe.tractions) {
-                let t = t.iter().map(|x| x * x).sum::<f64>().sqrt();
-                if *pressure > 0.0 {
-                    let bound = 0.4 * pressure;
-                    *(if t < bound * (1.0 - 1e-9) {
-                        &mut sticks
-                    } else {
-                        &mut slides
-                    }) += 1;
-                }
-            }
-            // What the contact adds to the bodies without it, along a motion of all nodes.
-            let motion = |node: usize, d: usize| scattered(3 * node + 5 * d + trial);
-            let [with, without] = [&problem, &bare].map(|body| moved(body, &state, &motion));
-            let (mut size, mut off) = (0.0_f64, 0.0_f64);
-            for (with, without) in with.iter().zip(&without) {
-                let [exact, found] = [0, 1].map(|k| with[k] - without[k]);
-                size = size.max(exact.abs());
-                off = off.max((exact - found).abs());
-            }
-            let off = off / size;
+            let off = off_differences([&problem, &bare], &state, trial, &mut seen);
             assert!(off < 1e-7, "{name} {trial}: {off:.1e}");
         }
-        assert!(sticks > 0 && slides > 0, "{name}: {sticks} {slides}");
+        assert!(seen.iter().all(|count| *count > 0), "{name}: {seen:?}");
+    }
+}
+
+#[test]
+fn the_tangent_on_a_rough_ball_is_that_of_differences() {
+    let squares = block([0.0, -0.5, 0.0], [1.0, 0.0, 0.0], &[6, 3]);
+    let cubes = block([0.0, 0.0, -0.5], [1.0, 1.0, 0.0], &[2, 2, 1]);
+    for (kinematics, mesh, middle) in [
+        (Kinematics::PlaneStrain, &squares, 0.5),
+        (Kinematics::Axisymmetric, &squares, 0.0),
+        (Kinematics::Solid, &cubes, 0.5),
+    ] {
+        let up = kinematics.components() - 1;
+        let mut problem = Problem::new(mesh.clone(), kinematics).unwrap();
+        let solid = Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(10.0)).unwrap();
+        problem.materials.push(solid);
+        problem.clamp("bottom").unwrap();
+        if kinematics == Kinematics::Axisymmetric {
+            problem.support("left", 0, Motion::Fixed).unwrap();
+        }
+        let press = problem.parameter("press", Rule::Given);
+        let (radius, mut centre, mut direction) = (0.6, [middle; 3], [0.0; 3]);
+        centre[up] = radius;
+        direction[up] = -1.0;
+        if up == 1 {
+            centre[2] = 0.0;
+        }
+        problem.contacts.push(Contact::Obstacle(Obstacle {
+            surface: problem.surface("top").unwrap(),
+            shape: Shape::Sphere { centre, radius },
+            travel: Some((direction, press)),
+            stiffness: 100.0,
+            friction: 0.4,
+            overlap_limit: 1e-4,
+        }));
+        let mut bare = problem.clone();
+        bare.contacts.clear();
+        let mut solver = Solver::new(problem.clone()).unwrap();
+        solver.load_to(&[0.1], |_, _| Continue::Yes).unwrap();
+        let mut seen = [0; 2];
+        for trial in 0..3 {
+            let mut state = solver.state().clone();
+            for (node, u) in state.displacement.iter_mut().enumerate() {
+                for (d, u) in u.iter_mut().enumerate().take(up + 1) {
+                    *u += 6e-3 * scattered(7 * node + d + 1000 * trial);
+                }
+            }
+            let off = off_differences([&problem, &bare], &state, trial, &mut seen);
+            assert!(off < 1e-7, "{kinematics:?} {trial}: {off:.1e}");
+        }
+        assert!(
+            seen.iter().all(|count| *count > 0),
+            "{kinematics:?}: {seen:?}"
+        );
     }
 }
 

@@ -187,8 +187,13 @@ impl Dimension {
             .ok()
             .filter(|value: &f64| value.is_finite())
             .ok_or_else(|| {
+                let fault = if starts_not_finite(trimmed) {
+                    "is not a finite number"
+                } else {
+                    "does not start with a number"
+                };
                 format!(
-                    "\"{text}\" does not start with a number{HELP}write {} such as \"1.5 {}\"",
+                    "\"{text}\" {fault}{HELP}write {} such as \"1.5 {}\"",
                     self.name, self.si
                 )
             })?;
@@ -244,6 +249,13 @@ fn number_length(text: &str) -> usize {
         at += 1;
     }
     at
+}
+
+/// True if `text` starts with a number that is not finite: `nan`, `-inf` or `1e999`.
+fn starts_not_finite(text: &str) -> bool {
+    let word = text.split_whitespace().next().unwrap_or_default();
+    let mut starts = [&text[..number_length(text)], word].into_iter();
+    starts.any(|start| start.parse().is_ok_and(|value: f64| !value.is_finite()))
 }
 
 /// Rule for one value of a file: its dimension and its range.
@@ -447,7 +459,12 @@ impl<R: Rule> CheckedVisitor<R> {
             );
             return Err(E::custom(text));
         }
-        in_range::<R>(value, &value.to_string())
+        let shown = if value.abs() < 1e15 {
+            value.to_string()
+        } else {
+            format!("{value:e}")
+        };
+        in_range::<R>(value, &shown)
             .map(|value| Checked(value, PhantomData))
             .map_err(E::custom)
     }
@@ -556,6 +573,10 @@ impl AnyQuantity {
             if symbol.is_empty() {
                 format!(
                     "\"{text}\" has no unit{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\""
+                )
+            } else if starts_not_finite(trimmed) {
+                format!(
+                    "\"{text}\" is not a finite number{HELP}write it such as \"1.5 mm\", \"2 kPa\" or \"3 N\""
                 )
             } else {
                 let known: Vec<String> = dimensions()
@@ -789,8 +810,10 @@ mod tests {
             ),
             ("75.5", "has no unit"),
             ("kPa", "does not start with a number"),
-            ("1e999 kPa", "does not start with a number"),
-            ("nan kPa", "does not start with a number"),
+            ("1e999 kPa", "is not a finite number"),
+            ("nan kPa", "is not a finite number"),
+            ("-inf kPa", "is not a finite number"),
+            ("nano kPa", "does not start with a number"),
             ("3 furlong", "\"furlong\" is no known unit"),
             ("", "does not start with a number"),
         ] {

@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
     }
     let mut body = named.body()?;
     for note in body.notes() {
-        note!("note: {}: {note}", named.mesh_name);
+        note!("note: {note}");
     }
     let mut series = arguments
         .vtu
@@ -87,6 +87,11 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
         note!(
             "note: after step {} a cell is inside out between its points of integration (least_volume_ratio), and forces are not to be trusted there; larger cells or a rounder edge help, and solver.whole_cells = true refuses such a state",
             steps.join(", ")
+        );
+    }
+    for name in body.untouched() {
+        note!(
+            "note: \"{name}\" touched nothing at the end of any step: its place, direction or way may be wrong"
         );
     }
     let about = about(&named, &body);
@@ -313,6 +318,11 @@ impl Series {
             digits: steps.to_string().len(),
             written: Vec::new(),
         };
+        if folder.exists() && !folder.is_dir() {
+            let path = shown::path(folder);
+            let message = format!("--vtu {path}: is a file; name a folder");
+            return Err(Stop::WrongInput(message));
+        }
         if folder.exists() {
             let names = (0..=steps).map(|step| series.name(step));
             for name in names.chain([SERIES.to_owned()]) {

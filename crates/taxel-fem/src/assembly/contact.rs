@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::foot::dot;
 use super::friction::{Friction, Slide, friction};
 use super::meeting::{Meeting, Nodal, each_meeting, rub_surface};
 use super::points::{ContactPoint, each_point_of};
@@ -83,18 +84,34 @@ impl System {
                 factors: point.values,
                 places: Some(&self.contact_places[number][point.facet]),
             };
+            // Friction turns with the surface that the point moves along: half of that has its
+            // mirror image in the matrix, the other half is below.
+            let n = gap.normal;
+            let turn = gap.curvature.map(|row| -0.5 * dot(row, rubbing.traction));
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
-                    area * (obstacle.stiffness * gap.normal[i] * gap.normal[j]
-                        - pressure * gap.curvature[i][j]
-                        + rubbing.tangent[i][j])
+                    area * (obstacle.stiffness * n[i] * n[j] - pressure * gap.curvature[i][j]
+                        + rubbing.tangent[i][j]
+                        + n[i] * turn[j]
+                        + turn[i] * n[j])
                 })
             });
-            let push =
-                std::array::from_fn(|i| area * (rubbing.traction[i] - pressure * gap.normal[i]));
+            let push = std::array::from_fn(|i| area * (rubbing.traction[i] - pressure * n[i]));
             self.push(&moves, &push, &bend, out);
             if let Some((direction, parameter)) = obstacle.travel {
                 self.travel(point, direction, parameter.0, (&push, &bend), out);
+            }
+            let slots = |vector: [f64; 3]| {
+                let mut slots = self.along(&moves, vector);
+                if let Some((direction, parameter)) = obstacle.travel {
+                    slots.push((Slot::Parameter(parameter.0), -dot(vector, direction)));
+                }
+                slots
+            };
+            if turn != [0.0; 3] {
+                let (across, turning) = (slots(n), slots(turn));
+                out.add_unsymmetric(&slots(n.map(|x| area * x)), &turning);
+                out.add_unsymmetric(&slots(turn.map(|x| -area * x)), &across);
             }
             if rubbing.sliding != [0.0; 3] {
                 out.slides.push(Slide {
@@ -104,18 +121,8 @@ impl System {
                 });
                 // The bound of a point that slides follows its pressure.
                 let slope = obstacle.friction * obstacle.stiffness;
-                let (forces, motion) = (
-                    rubbing.sliding.map(|d| area * d),
-                    gap.normal.map(|n| -slope * n),
-                );
-                let mut slots = [self.along(&moves, forces), self.along(&moves, motion)];
-                if let Some((direction, parameter)) = obstacle.travel {
-                    for (slots, vector) in slots.iter_mut().zip([forces, motion]) {
-                        let travel: f64 = (0..3).map(|d| vector[d] * direction[d]).sum();
-                        slots.push((Slot::Parameter(parameter.0), -travel));
-                    }
-                }
-                out.add_unsymmetric(&slots[0], &slots[1]);
+                let forces = slots(rubbing.sliding.map(|d| area * d));
+                out.add_unsymmetric(&forces, &slots(n.map(|n| -slope * n)));
             }
         });
     }
@@ -558,7 +565,7 @@ impl System {
                                 }
                                 Some(rubbing) => tables.anchor_at(
                                     (&meeting.foot, meeting.facet),
-                                    rubbing.anchor,
+                                    (rubbing.anchor, meeting.gap.normal),
                                     &places,
                                 ),
                                 None => Anchor {

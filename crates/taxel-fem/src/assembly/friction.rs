@@ -1,5 +1,6 @@
 //! Coulomb friction at a contact point.
 
+use super::foot::dot;
 use crate::problem::contact::{ContactState, Gap};
 
 /// Traction that resists sliding, with its derivative by the place.
@@ -7,7 +8,8 @@ use crate::problem::contact::{ContactState, Gap};
 pub(crate) struct Friction {
     /// Traction against the sliding, on the side of the internal forces, Pa.
     pub traction: [f64; 3],
-    /// Its derivative at a fixed bound, Pa/m: symmetric.
+    /// Its derivative along the surface at a fixed bound, Pa/m: symmetric. Where the surface is
+    /// curved, the traction turns with it, too.
     pub tangent: [[f64; 3]; 3],
     /// Its derivative by the bound: the direction in which the point slides; zero while it
     /// sticks.
@@ -27,24 +29,32 @@ pub(crate) fn friction(
 ) -> Friction {
     let n = gap.normal;
     let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor[d]);
-    let along: f64 = (0..3).map(|d| from[d] * n[d]).sum();
+    let along = dot(from, n);
     let slide: [f64; 3] = std::array::from_fn(|d| from[d] - along * n[d]);
     let size = slide.iter().map(|s| s * s).sum::<f64>().sqrt();
     let flat = |i: usize, j: usize| f64::from(u8::from(i == j)) - n[i] * n[j];
+    let curvature = gap.curvature;
     if stiffness * size <= bound {
         return Friction {
             traction: slide.map(|s| stiffness * s),
-            tangent: std::array::from_fn(|i| std::array::from_fn(|j| stiffness * flat(i, j))),
+            tangent: std::array::from_fn(|i| {
+                std::array::from_fn(|j| stiffness * (flat(i, j) - along * curvature[i][j]))
+            }),
             sliding: [0.0; 3],
             anchor,
         };
     }
     let direction = slide.map(|s| s / size);
+    let bent = curvature.map(|row| dot(row, direction));
     let rest = bound / stiffness;
     Friction {
         traction: direction.map(|d| bound * d),
         tangent: std::array::from_fn(|i| {
-            std::array::from_fn(|j| bound / size * (flat(i, j) - direction[i] * direction[j]))
+            std::array::from_fn(|j| {
+                let turned = 0.5 * (direction[i] * bent[j] + bent[i] * direction[j]);
+                let curved = along * (curvature[i][j] - turned);
+                bound / size * (flat(i, j) - direction[i] * direction[j] - curved)
+            })
         }),
         sliding: direction,
         anchor: std::array::from_fn(|d| place[d] - rest * direction[d]),

@@ -65,15 +65,6 @@ fn sharing(one: &[Vec<u32>], other: &[Vec<u32>]) -> Vec<Vec<usize>> {
     around.collect()
 }
 
-/// Number of corners of a facet.
-const fn corner_count(shape: FacetShape) -> usize {
-    match shape {
-        FacetShape::Line3 => 2,
-        FacetShape::Tri7 => 3,
-        FacetShape::Quad9 => 4,
-    }
-}
-
 /// True if all corners lie on one side of a box of this half width round a place.
 fn apart(corners: &[[f64; 3]], middle: [f64; 3], half: f64) -> bool {
     (0..3).any(|d| {
@@ -133,7 +124,7 @@ impl PairTables {
                 continue;
             }
             let nodes = Self::places(nodes, &mesh.points);
-            let corners = &nodes[..corner_count(self.shapes[other])];
+            let corners = &nodes[..self.shapes[other].corner_count()];
             // No corner, and not the whole facet, is far.
             let far = |x: &[f64; 3]| dot(minus(*x, origin), normal).abs() > reach;
             let own_shape = self.shapes[other];
@@ -212,22 +203,23 @@ impl PairTables {
         (frame(self.shapes[facet], &shapes, &nodes).0, shapes.values)
     }
 
-    /// The anchor at a place on the surface near the foot of a point: on the facet of the foot
-    /// where that reaches, else on a facet beside it.
+    /// The anchor of a point that would rest at a place near its foot on the surface: ahead of the
+    /// place along the normal of the point, so that it leaves the friction as it is; on the facet of
+    /// the foot where that reaches, else on a facet beside it.
     pub(super) fn anchor_at(
         &self,
         (foot_at, facet): (&Foot, usize),
-        place: [f64; 3],
+        rest: ([f64; 3], [f64; 3]),
         places: &[[f64; 3]],
     ) -> Anchor {
         let mut best: Option<(f64, usize, [f64; 3])> = None;
         for &other in &self.around[facet] {
             let nodes = Self::places(&self.second[other], places);
-            let Some(found) = foot(self.shapes[other], &nodes, place) else {
+            let Some(found) = seen(self.shapes[other], &nodes, rest) else {
                 continue;
             };
-            if best.is_none_or(|(least, ..)| found.from_facet < least) {
-                best = Some((found.from_facet, other, found.at));
+            if best.is_none_or(|(least, ..)| found.overshoot < least) {
+                best = Some((found.overshoot, other, found.at));
             }
         }
         let (facet, at) = best.map_or((facet, foot_at.at), |(_, facet, at)| (facet, at));

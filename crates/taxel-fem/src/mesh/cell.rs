@@ -245,6 +245,15 @@ impl CellShape {
 }
 
 impl FacetShape {
+    /// Number of corners; they are the first nodes.
+    pub const fn corner_count(self) -> usize {
+        match self {
+            Self::Line3 => 2,
+            Self::Tri7 => 3,
+            Self::Quad9 => 4,
+        }
+    }
+
     /// Number of nodes.
     pub const fn node_count(self) -> usize {
         match self {

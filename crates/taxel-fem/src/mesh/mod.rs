@@ -136,11 +136,7 @@ impl Mesh {
         let (mut sum, mut count) = (0.0, 0.0);
         for &facet in surface {
             let nodes: Vec<u32> = self.facet_nodes(facet).collect();
-            let corners = match self.shape(facet.cell as usize).facet_shape() {
-                FacetShape::Line3 => 2,
-                FacetShape::Tri7 => 3,
-                FacetShape::Quad9 => 4,
-            };
+            let corners = self.shape(facet.cell as usize).facet_shape().corner_count();
             for k in 0..corners {
                 let [a, b] = [k, (k + 1) % corners].map(|k| self.points[nodes[k] as usize]);
                 sum += (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt();

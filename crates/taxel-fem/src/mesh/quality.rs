@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::cell::Shapes;
-use super::{CellShape, Mesh, MeshError};
+use super::{CellShape, Facet, Mesh, MeshError};
 use crate::scalar::{determinant, inverse};
 
 /// A cell is degenerate where its map keeps less than this of the volume that its edges
@@ -110,6 +110,54 @@ impl Quality {
             None => Ok(()),
         }
     }
+}
+
+/// Nodes at which cells meet that no side joins there: parts of the body hang together by a point,
+/// in space also by an edge, and turn about it freely.
+pub fn hinges(mesh: &Mesh) -> Vec<u32> {
+    // A cell at a node stands for all that sides around the node join to it.
+    let mut at: Vec<(u32, u32)> = (0..mesh.cell_count())
+        .flat_map(|cell| {
+            let corners = mesh.cell(cell)[..mesh.shape(cell).corner_count()].iter();
+            corners.map(move |&node| (node, cell as u32))
+        })
+        .collect();
+    at.sort_unstable();
+    let mut above: Vec<usize> = (0..at.len()).collect();
+    let mut sides: HashMap<Vec<u32>, u32> = HashMap::new();
+    for cell in 0..mesh.cell_count() as u32 {
+        let shape = mesh.shape(cell as usize);
+        for side in 0..shape.sides().len() as u8 {
+            let nodes = mesh.facet_nodes(Facet { cell, side });
+            let mut corners: Vec<u32> = nodes.take(shape.facet_shape().corner_count()).collect();
+            corners.sort_unstable();
+            let Some(other) = sides.insert(corners.clone(), cell) else {
+                continue;
+            };
+            for node in corners {
+                let [one, other] = [cell, other].map(|cell| {
+                    let mut place = at.partition_point(|known| *known < (node, cell));
+                    while above[place] != place {
+                        place = above[place];
+                    }
+                    place
+                });
+                above[one] = other;
+            }
+        }
+    }
+    let tops = above
+        .iter()
+        .enumerate()
+        .filter(|(place, top)| place == *top);
+    let nodes: Vec<u32> = tops.map(|(place, _)| at[place].0).collect();
+    let mut twice: Vec<u32> = nodes
+        .windows(2)
+        .filter(|pair| pair[0] == pair[1])
+        .map(|pair| pair[0])
+        .collect();
+    twice.dedup();
+    twice
 }
 
 /// Measure of a cell: its area or volume, negative when inverted.
@@ -401,6 +449,51 @@ mod tests {
                 Err(MeshError::Distorted { cells: 2, .. })
             ));
         }
+    }
+
+    #[test]
+    fn cells_that_meet_in_a_node_alone_are_a_hinge() {
+        assert_eq!(hinges(&plate()), [0; 0]);
+        let points = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0, 1.0],
+            [0.0, 1.0],
+            [2.0, 1.0],
+            [2.0, 2.0],
+            [1.0, 2.0],
+        ];
+        let points = points.map(|[x, y]| [x, y, 0.0]).to_vec();
+        let cell = |nodes: [u32; 4]| LowerCell {
+            shape: CellShape::Quad9,
+            region: 0,
+            nodes: nodes.to_vec(),
+        };
+        let mut cells = vec![cell([0, 1, 2, 3]), cell([2, 4, 5, 6])];
+        let mesh = Mesh::from_lower_cells(points.clone(), &cells, &["solid"]).unwrap();
+        assert_eq!(hinges(&mesh), [2]);
+        // A third cell in the corner between them joins both.
+        cells.push(cell([3, 2, 6, 7]));
+        let points = [points, vec![[0.0, 2.0, 0.0]]].concat();
+        let mesh = Mesh::from_lower_cells(points, &cells, &["solid"]).unwrap();
+        assert_eq!(hinges(&mesh), [0; 0]);
+        // Two bricks along one edge.
+        let axis = || Axis::uniform(0.0, 2.0, 2).unwrap();
+        let brick = Grid3::new(
+            [axis(), axis(), Axis::uniform(0.0, 1.0, 1).unwrap()],
+            "solid",
+        );
+        let whole = brick.mesh().unwrap();
+        let mut edge = Mesh {
+            points: whole.points.clone(),
+            ..Mesh::default()
+        };
+        edge.region("solid");
+        for cell in [0, 3] {
+            edge.add_cell(whole.shape(cell), 0, whole.cell(cell));
+        }
+        assert_eq!(hinges(&whole), [0; 0]);
+        assert_eq!(hinges(&edge).len(), 2);
     }
 
     #[test]

@@ -55,14 +55,19 @@ const NEGLIGIBLE: f64 = 1e-9;
 pub struct FreePart {
     /// A rigid motion that moves no held or driven component of it.
     pub motion: FreeMotion,
-    /// Region of the part, if the body has several parts that share no node.
-    pub region: Option<String>,
+    /// Region of the part and undeformed place of one of its nodes, if the body has several parts
+    /// that share no node.
+    pub region: Option<(String, [f64; 3])>,
 }
 
 impl std::fmt::Display for FreePart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match &self.region {
-            Some(region) => write!(f, "the part {region:?} of the body against {}", self.motion),
+            Some((region, [x, y, z])) => write!(
+                f,
+                "the part {region:?} of the body near ({x:.6e}, {y:.6e}, {z:.6e}), which shares no node with the rest, against {}",
+                self.motion
+            ),
             None => write!(f, "the body against {}", self.motion),
         }
     }
@@ -124,7 +129,10 @@ pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
         let mesh = &problem.mesh;
         let mut cells = 0..mesh.cell_count();
         let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
-        let region = (roots.len() > 1).then(|| mesh.regions[mesh.region_of(cell)].clone());
+        let region = (roots.len() > 1).then(|| {
+            let place = mesh.points[mesh.cell(cell)[0] as usize];
+            (mesh.regions[mesh.region_of(cell)].clone(), place)
+        });
         Some(FreePart { motion, region })
     })
 }

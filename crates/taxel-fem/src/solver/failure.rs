@@ -111,6 +111,25 @@ pub enum Reason {
         /// Energy norms of the iterations.
         energies: Vec<f64>,
     },
+    /// The linear system has no good answer, behind a state with a cell that is inside out.
+    #[error("{error}; before, {}", inside_out_at(.least))]
+    LinearInsideOut {
+        /// Error of the linear system.
+        error: LinearError,
+        /// The cell that is most inside out between its points of integration at the last
+        /// accepted state.
+        least: LeastVolume,
+    },
+    /// The walls of a cavity have passed through each other.
+    #[error(
+        "the walls of cavity {cavity} pass through each other: its volume comes out as {share:.1e} of that at rest"
+    )]
+    CavityCrossed {
+        /// Number of the cavity.
+        cavity: usize,
+        /// Its volume over that at rest.
+        share: f64,
+    },
     /// A part that only contacts can hold is not held by them.
     #[error(
         "only a contact could hold {0}, and none does: it does not touch there, or not in that direction"
@@ -163,6 +182,15 @@ pub enum Reason {
         way: f64,
         /// Undeformed place of that node.
         place: [f64; 3],
+    },
+    /// A rough contact that lets the body jump again and again.
+    #[error("the body lost its equilibrium and jumped to another one {jumps} times under this load: its contact slips point by point{}", before(.inside_out.as_ref()))]
+    KeepsJumping {
+        /// Number of jumps.
+        jumps: usize,
+        /// The cell that is most inside out between its points of integration at the last
+        /// accepted state, if any is.
+        inside_out: Option<LeastVolume>,
     },
     /// The equilibrium found under given loads is not stable.
     #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it{}", .mode.map(|mode| mode.to_string()).unwrap_or_default())]
@@ -227,7 +255,11 @@ impl Reason {
             Self::Limit { .. } | Self::Unstable { .. } | Self::Hopped { .. } => {
                 "A limit of the load: control by displacement, volume or arc length goes beyond it"
             }
+            Self::CavityCrossed { .. } => {
+                "Give the walls that meet a contact; or end before, a cavity has a volume above 0"
+            }
             Self::CellGivesWay(_)
+            | Self::LinearInsideOut { .. }
             | Self::NotConverged {
                 inside_out: Some(_),
                 ..
@@ -239,6 +271,9 @@ impl Reason {
             }
             Self::LostEllipticity { .. } => {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
+            }
+            Self::KeepsJumping { .. } => {
+                "Less friction, or larger cells at the surface that slips; a rounder edge, or a contact between faces that fold onto each other, where a cell is inside out; go on from the last state with a shorter load"
             }
             Self::Chatter { .. } => {
                 "Lower the contact stiffness or refine the touching surface; allow smaller steps or more iterations"

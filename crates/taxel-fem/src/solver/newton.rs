@@ -77,6 +77,8 @@ pub struct Solver {
     pub(super) ear: Ear,
     /// Set where the present step is watched.
     pub(super) foreseen: Option<Foreseen>,
+    /// Jumps of the present load.
+    pub(super) jumps: usize,
     /// First energy of an iteration, carried over steps.
     pub(super) scale: f64,
     /// Newton iterations since the beginning.
@@ -169,6 +171,7 @@ impl Solver {
             drag: None,
             ear: Ear::default(),
             foreseen: None,
+            jumps: 0,
             scale: 0.0,
             iterations: 0,
         };

@@ -1,12 +1,14 @@
 //! Why a solution could not go on, found at its last state.
 
 use super::failure::{Mode, Reason};
+use super::jump;
 use super::newton::{Missed, Solver, since_least};
 use super::small::{axpy, dot};
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::mesh::quality::extreme_eigenvalues;
-use crate::problem::{FreePart, Parameter, Quantity, Rule, free_part};
+use crate::problem::load::traction;
+use crate::problem::{Contact, FreePart, Parameter, Quantity, Rule, free_part};
 use crate::scalar::Tensor;
 use crate::solver::stress::{StressPoint, stress_points};
 use crate::solver::volume::LeastVolume;
@@ -48,6 +50,14 @@ impl Solver {
         if let Some(part) = self.not_held(&reason) {
             return Reason::HeldByContact(part);
         }
+        let inside_out = self.least_volume_ratio();
+        let inside_out = inside_out.filter(|least| least.ratio <= 0.0);
+        if self.jumps >= jump::MOST {
+            return Reason::KeepsJumping {
+                jumps: self.jumps,
+                inside_out,
+            };
+        }
         if !matches!(
             reason,
             Reason::NotConverged { .. }
@@ -55,7 +65,15 @@ impl Solver {
                 | Reason::Unstable { .. }
                 | Reason::Hopped { .. }
         ) {
-            return reason;
+            return match (reason, inside_out) {
+                (
+                    Reason::Linear(
+                        error @ (LinearError::Inaccurate { .. } | LinearError::Unsymmetric { .. }),
+                    ),
+                    Some(least),
+                ) => Reason::LinearInsideOut { error, least },
+                (reason, _) => reason,
+            };
         }
         let mut points: Vec<StressPoint> = stress_points(&self.problem, &self.state).collect();
         points.sort_by(|a, b| b.von_mises.total_cmp(&a.von_mises));
@@ -72,8 +90,6 @@ impl Solver {
                 stretch: greatest_stretch(&point.gradient),
             };
         }
-        let inside_out = self.least_volume_ratio();
-        let inside_out = inside_out.filter(|least| least.ratio <= 0.0);
         let (found, place) = match self.gives_way(targets) {
             Some((times, place, ahead)) if times > GIVES_WAY && self.turns(targets, &ahead) => {
                 (Reason::Limit { times, place }, Some(place))
@@ -100,6 +116,31 @@ impl Solver {
             nodes.any(|&node| place == Some(mesh.points[node as usize]))
         };
         inside_out.filter(own).map_or(found, Reason::CellGivesWay)
+    }
+
+    /// The cavity that has no volume in a state: its walls have passed through each other. What
+    /// contacts accept as an overlap is allowed for.
+    pub(super) fn crossed(&self, state: &State) -> Option<Reason> {
+        let problem = &self.problem;
+        let (mesh, kinematics) = (&problem.mesh, problem.kinematics);
+        if problem.cavities.is_empty() {
+            return None;
+        }
+        let limits = problem.contacts.iter().map(Contact::overlap_limit);
+        let overlap = limits.fold(0.0, f64::max);
+        let places = state.places(mesh);
+        let mut cavities = problem.cavities.iter().enumerate();
+        cavities.find_map(|(cavity, own)| {
+            let areas = traction(mesh, kinematics, &own.wall, |_| [1.0, 0.0, 0.0]);
+            let area: f64 = areas.iter().map(|(_, area)| area[0]).sum();
+            let rest = own.volume(mesh, kinematics, &mesh.points);
+            let volume = own.volume(mesh, kinematics, &places);
+            let crossed = rest > 0.0 && volume <= -overlap * area;
+            crossed.then(|| Reason::CavityCrossed {
+                cavity,
+                share: volume / rest,
+            })
+        })
     }
 
     /// The part that nothing holds but contacts, if it explains why the iteration has failed: the

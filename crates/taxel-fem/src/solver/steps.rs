@@ -40,6 +40,7 @@ impl Solver {
         mut seen: impl FnMut(&State, &Step) -> Continue,
     ) -> Result<(), Failure> {
         self.check_targets(targets)?;
+        self.jumps = 0;
         let duration = duration.max(0.0);
         let start = self.targets.clone();
         let times = Times::of(&self.problem).filter(|_| duration > 0.0);
@@ -248,6 +249,9 @@ impl Solver {
                 self.system.restore_points(before);
             }
             return step;
+        }
+        if let Some(reason) = self.crossed(&trial) {
+            return Err(reason);
         }
         remember(&self.problem, &mut trial);
         self.system.anchor(&self.problem, &mut trial);

@@ -91,7 +91,11 @@ impl Body {
             dimensions: built.dimensions,
             done: 0,
             rows: Vec::new(),
-            notes: built.notes,
+            notes: built
+                .notes
+                .iter()
+                .map(|note| format!("{mesh_name}: {note}"))
+                .collect(),
             effort: Effort::default(),
             jumps: Vec::new(),
             file,
@@ -129,7 +133,8 @@ impl Body {
             (overlap > contact.overlap_limit()).then(|| {
                 format!(
                     "{name:?} overlaps by {:.4} mm before anything moves; the first step takes \
-                     that away, and the forces of step 0 are not in equilibrium",
+                     that away, and the forces of step 0 are not in equilibrium: move it, or turn \
+                     its direction round, where that is not meant",
                     1e3 * overlap
                 )
             })
@@ -156,6 +161,20 @@ impl Body {
         let steps = self.rows.iter().enumerate();
         let steps = steps.filter(|(_, row)| least(row));
         steps.map(|(step, _)| step).collect()
+    }
+
+    /// Names of obstacles and contacts that touched nothing at the end of any step that is done; none
+    /// before the first.
+    pub fn untouched(&self) -> Vec<&str> {
+        let columns = self.columns();
+        let untouched = touched(&self.file).filter(|name| {
+            let area = format!("{name}_contact_area");
+            let at = columns.iter().position(|column| column.name == area);
+            // The first column is the number of the step.
+            let areas = self.rows.iter().filter_map(|row| row.get(at? - 1));
+            self.done > 0 && areas.fold(0.0, |most: f64, area| most.max(*area)) == 0.0
+        });
+        untouched.map(String::as_str).collect()
     }
 
     /// Number of steps.
@@ -622,6 +641,9 @@ impl Body {
     /// A failure with what the file calls its parts.
     pub fn explain(&self, failure: &Failure) -> String {
         let mut message = format!("step {}: {}", self.done + 1, failure.reason);
+        if let Some((what, name)) = self.named(&failure.reason) {
+            let _ = write!(message, " ({what} \"{name}\")");
+        }
         let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
         if axes.len() == 2 && axes != ["x", "y"] {
             let _ = write!(message, " (places are {} and {})", axes[0], axes[1]);
@@ -649,6 +671,19 @@ impl Body {
         );
         let _ = write!(message, "\nhelp: {}", self.advice(&failure.reason));
         message
+    }
+
+    /// What the file calls the part that a reason has the number of.
+    fn named(&self, reason: &Reason) -> Option<(&'static str, &str)> {
+        match reason {
+            Reason::Chatter { contact, .. } | Reason::Leapt { contact, .. } => {
+                Some(("contact", touched(&self.file).nth(*contact)?))
+            }
+            Reason::CavityCrossed { cavity, .. } => {
+                Some(("cavity", &self.file.cavity.get(*cavity)?.name))
+            }
+            _ => None,
+        }
     }
 
     /// True if the present step prescribes ways and angles alone.

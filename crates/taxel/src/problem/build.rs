@@ -1,15 +1,19 @@
 //! From a problem file and its mesh to the boundary value problem of the solver.
 
+use std::cell::OnceCell;
+use std::collections::HashSet;
+
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
-use taxel_fem::mesh::quality::Quality;
+use taxel_fem::mesh::quality::{Quality, hinges};
 use taxel_fem::mesh::{Facet, Mesh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
 
 use super::description::{
-    Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial, Shape,
+    self, Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial,
+    Shape,
 };
 use crate::quantity::{self, AnyQuantity, Dimension};
 use crate::toml_input;
@@ -22,6 +26,8 @@ const STIFFNESS: f64 = 50.0;
 const OVERLAP: f64 = 1e-4;
 /// A point lies on the axis of revolution within this share of the greatest radius.
 const ON_AXIS: f64 = 1e-9;
+/// Sizes of a body, m, beyond which a note asks for the unit of the mesh.
+const USUAL_SIZES: [f64; 2] = [10e-6, 1.0];
 
 /// A mistake at a key of the problem file: its path, the message, what to do.
 pub(super) struct Wrong {
@@ -92,6 +98,8 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     } else if let Err(error) = quality.require(&drawing.mesh) {
         return Err(wrong("mesh.file", error.to_string(), "mend the mesh"));
     }
+    notes.extend(hinge(&drawing.mesh));
+    notes.extend(unusual_size(&drawing.mesh));
     if kinematics == Kinematics::Axisymmetric {
         right_of_axis(&drawing.mesh)?;
     }
@@ -109,8 +117,11 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         depth: file.depth(),
         uses: vec![None; file.parameter.len()],
         constraint_of: Vec::new(),
+        boundary: OnceCell::new(),
+        notes,
     };
     distinct(file)?;
+    parts_of_steps(file)?;
     builder.parameters()?;
     builder.materials()?;
     builder.supports()?;
@@ -127,14 +138,68 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     builder
         .problem
         .check()
-        .map_err(|error| refused(file, &builder.constraint_of, &error))?;
+        .map_err(|error| builder.refused(&error))?;
     Ok(Built {
         problem: builder.problem,
         axes: builder.axes,
         steps,
         dimensions,
-        notes,
+        notes: builder.notes,
     })
+}
+
+/// A note of parts that hang together by a point.
+fn hinge(mesh: &Mesh) -> Option<String> {
+    let hinges = hinges(mesh);
+    let &first = hinges.first()?;
+    Some(format!(
+        "cells meet near {} without a side between them (at {} in all): parts of the body turn about each other there; join them by a side, or part them",
+        in_mm(mesh.points[first as usize]),
+        hinges.len()
+    ))
+}
+
+/// A note of a body that is larger or smaller than soft bodies are.
+fn unusual_size(mesh: &Mesh) -> Option<String> {
+    let along = |d: usize| mesh.points.iter().map(move |point| point[d]);
+    let extents = (0..3).map(|d| {
+        let ends = along(d).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
+        ends[1] - ends[0]
+    });
+    let size = extents.fold(0.0, f64::max);
+    let [least, most] = USUAL_SIZES;
+    (size < least || size > most).then(|| {
+        format!(
+            "the body is {:.3e} mm long: is mesh.unit right?",
+            1e3 * size
+        )
+    })
+}
+
+/// A place in mm.
+fn in_mm(place: [f64; 3]) -> String {
+    let [x, y, z] = place.map(|x| 1e3 * x);
+    format!("({x:.4}, {y:.4}, {z:.4}) mm")
+}
+
+/// Refuses parts of steps whose smallest is not the smallest.
+fn parts_of_steps(file: &ProblemFile) -> Result<(), Wrong> {
+    let Some(smallest) = file.solver.smallest_part else {
+        return Ok(());
+    };
+    for (name, part) in [
+        ("first_part", file.solver.first_part),
+        ("largest_part", file.solver.largest_part),
+    ] {
+        if let Some(part) = part.filter(|part| *part < smallest) {
+            let message = format!("{smallest} is more than {name}, which is {part}");
+            let help = "give the smallest part the least value";
+            return Err(wrong("solver.smallest_part", message, help));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a section that crosses its axis of revolution.
@@ -209,54 +274,6 @@ fn distinct(file: &ProblemFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// The key at which an error of the whole problem is shown.
-fn refused(file: &ProblemFile, constraint_of: &[usize], error: &solid::ProblemError) -> Wrong {
-    use solid::ProblemError as Error;
-    let message = error.to_string();
-    match error {
-        Error::Unstable { region, .. } => {
-            let of = |material: &RegionMaterial| material.regions.contains(region);
-            let number = file.material.iter().position(of).unwrap_or(0);
-            let help = "use constants of a stable law";
-            wrong(format!("material.{number}.law"), message, help)
-        }
-        Error::NotFixed(_) => wrong(
-            "support",
-            message,
-            "hold a surface, a curve or a point along that direction",
-        ),
-        Error::Contradiction { .. } => wrong(
-            "support",
-            message,
-            "move only one of the two groups along that axis, or end one before the other",
-        ),
-        Error::RigidNode { body, .. } => wrong(
-            format!("rigid.{body}.on"),
-            message,
-            "end one of the two groups before the other, or let the rigid body do both",
-        ),
-        Error::GivenTwice { constraint, .. }
-        | Error::FollowsItself { constraint, .. }
-        | Error::Factor { constraint, .. } => {
-            let number = constraint_of.get(*constraint).copied().unwrap_or(0);
-            let constraint = &file.constraint[number];
-            let key = if constraint.periodic.is_some() {
-                "periodic"
-            } else if constraint.mean.is_some() {
-                "mean"
-            } else {
-                "point"
-            };
-            wrong(
-                format!("constraint.{number}.{key}"),
-                message,
-                "leave out what says it a second time",
-            )
-        }
-        _ => wrong("name", message, "mend the problem"),
-    }
-}
-
 struct Builder<'a> {
     file: &'a ProblemFile,
     problem: solid::Problem,
@@ -267,9 +284,82 @@ struct Builder<'a> {
     uses: Vec<Option<(&'static Dimension, String)>>,
     /// Number in the file of each constraint of the problem.
     constraint_of: Vec<usize>,
+    /// Sides of cells that belong to one cell only.
+    boundary: OnceCell<HashSet<Facet>>,
+    /// What is unusual, in sentences.
+    notes: Vec<String>,
 }
 
 impl Builder<'_> {
+    /// The key at which an error of the whole problem is shown.
+    fn refused(&self, error: &solid::ProblemError) -> Wrong {
+        use solid::ProblemError as Error;
+        let (file, mesh) = (self.file, self.mesh());
+        let mut message = error.to_string();
+        if message.contains(" component ") && self.axes != [0, 1, 2][..self.axes.len()] {
+            let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
+            message += &format!(" (the components are those along {})", axes.join(" and "));
+        }
+        match error {
+            Error::Unstable { region, .. } => {
+                let of = |material: &RegionMaterial| material.regions.contains(region);
+                let number = file.material.iter().position(of).unwrap_or(0);
+                let help = "use constants of a stable law";
+                wrong(format!("material.{number}.law"), message, help)
+            }
+            Error::NotFixed(part) => {
+                let twice = Quality::of(mesh).coincident;
+                let help = if part.region.is_some() && !twice.is_empty() {
+                    "hold a surface, a curve or a point of that part along that direction; or give the two nodes that lie at one place one number, if the part is to hang on the rest"
+                } else {
+                    "hold a surface, a curve or a point along that direction"
+                };
+                wrong("support", message, help)
+            }
+            Error::Contradiction {
+                node, component, ..
+            } => {
+                // The last support of that node along that axis.
+                let along = self.axes[*component];
+                let moves = |support: &description::Support| {
+                    let moved = support.moved.as_ref();
+                    let moved = moved.is_some_and(|by| [by.x, by.y, by.z][along].is_some());
+                    let held = support.held.iter().any(|axis| axis.number() == along);
+                    let nodes = mesh.nodes_of(&support.on).unwrap_or_default();
+                    (held || moved) && nodes.contains(node)
+                };
+                let number = file.support.iter().rposition(moves).unwrap_or(0);
+                let help =
+                    "move only one of the two groups along that axis, or end one before the other";
+                wrong(format!("support.{number}.on"), message, help)
+            }
+            Error::RigidNode { body, .. } => wrong(
+                format!("rigid.{body}.on"),
+                message,
+                "end one of the two groups before the other, or let the rigid body do both",
+            ),
+            Error::GivenTwice { constraint, .. }
+            | Error::FollowsItself { constraint, .. }
+            | Error::Factor { constraint, .. } => {
+                let number = self.constraint_of.get(*constraint).copied().unwrap_or(0);
+                let constraint = &file.constraint[number];
+                let key = if constraint.periodic.is_some() {
+                    "periodic"
+                } else if constraint.mean.is_some() {
+                    "mean"
+                } else {
+                    "point"
+                };
+                wrong(
+                    format!("constraint.{number}.{key}"),
+                    message,
+                    "leave out what says it a second time",
+                )
+            }
+            _ => wrong("name", message, "mend the problem"),
+        }
+    }
+
     fn mesh(&self) -> &Mesh {
         &self.problem.mesh
     }
@@ -397,6 +487,42 @@ impl Builder<'_> {
             message,
             &format!("give one of: {}", known.join(", ")),
         ))
+    }
+
+    /// A surface that has the body on one side only, as what presses on it needs.
+    fn outer_surface(&self, name: &str, key: &str) -> Result<Vec<Facet>, Wrong> {
+        let surface = self.surface(name, key)?;
+        let mesh = self.mesh();
+        let boundary = || mesh.boundary().into_iter().collect();
+        let boundary = self.boundary.get_or_init(boundary);
+        let mut inner = surface.iter().filter(|facet| !boundary.contains(facet));
+        let Some(&facet) = inner.next() else {
+            return Ok(surface);
+        };
+        let nodes = mesh.facet_nodes(facet);
+        let place = nodes.last().map_or([0.0; 3], |n| mesh.points[n as usize]);
+        let message = format!(
+            "\"{name}\" lies inside the body near {}, with cells on both sides",
+            in_mm(place)
+        );
+        let help =
+            "name an outer surface; for a slit or a cavity there, part the cells in the mesh";
+        Err(wrong(key, message, help))
+    }
+
+    /// The overlap that a contact accepts, m: at most a side of a cell.
+    fn overlap(&self, given: Option<f64>, side: f64, key: &str) -> Result<f64, Wrong> {
+        let overlap = given.unwrap_or(OVERLAP * side);
+        if overlap <= side {
+            return Ok(overlap);
+        }
+        let message = format!(
+            "{:.4} mm is more than the mean side of a cell there, {:.4} mm",
+            1e3 * overlap,
+            1e3 * side
+        );
+        let help = "leave it out, or give a small share of that side";
+        Err(wrong(format!("{key}.overlap"), message, help))
     }
 
     fn unknown_group(&self, name: &str, key: &str) -> Wrong {
@@ -663,7 +789,7 @@ impl Builder<'_> {
             let key = format!("load.{number}");
             match (&load.pressure, &load.force) {
                 (Some(by), None) => {
-                    let surface = self.surface(&load.on, &format!("{key}.on"))?;
+                    let surface = self.outer_surface(&load.on, &format!("{key}.on"))?;
                     let parameter =
                         self.parameter(by, &quantity::STRESS, &format!("{key}.pressure"))?;
                     self.problem
@@ -718,7 +844,7 @@ impl Builder<'_> {
             let mut wall = Vec::new();
             for (at, name) in cavity.wall.iter().enumerate() {
                 let key = format!("{key}.wall.{at}");
-                for facet in self.surface(name, &key)? {
+                for facet in self.outer_surface(name, &key)? {
                     if wall.contains(&facet) {
                         let message = format!("\"{name}\" was part of the wall before");
                         return Err(wrong(key, message, "name each surface once"));
@@ -780,7 +906,7 @@ impl Builder<'_> {
     fn obstacles(&mut self) -> Result<(), Wrong> {
         for (number, obstacle) in self.file.obstacle.iter().enumerate() {
             let key = format!("obstacle.{number}");
-            let surface = self.surface(&obstacle.surface, &format!("{key}.surface"))?;
+            let surface = self.outer_surface(&obstacle.surface, &format!("{key}.surface"))?;
             let shape = self.shape(&obstacle.shape, &format!("{key}.shape"))?;
             let travel = match &obstacle.moved {
                 Some(moved) => {
@@ -804,7 +930,7 @@ impl Builder<'_> {
                     travel,
                     stiffness: STIFFNESS * stiffest / side,
                     friction: obstacle.friction,
-                    overlap_limit: obstacle.overlap.unwrap_or(OVERLAP * side),
+                    overlap_limit: self.overlap(obstacle.overlap, side, &key)?,
                 }));
         }
         Ok(())
@@ -822,7 +948,7 @@ impl Builder<'_> {
     }
 
     fn two_surfaces(&self, names: &[String; 2], key: &str) -> Result<[Vec<Facet>; 2], Wrong> {
-        let surface = |at: usize| self.surface(&names[at], &format!("{key}.surfaces.{at}"));
+        let surface = |at: usize| self.outer_surface(&names[at], &format!("{key}.surfaces.{at}"));
         Ok([surface(0)?, surface(1)?])
     }
 
@@ -832,13 +958,48 @@ impl Builder<'_> {
             let surfaces = self.two_surfaces(&contact.surfaces, &key)?;
             // The softer of the two bodies decides.
             let modulus = self.moduli(&surfaces[0])[1].min(self.moduli(&surfaces[1])[1]);
+            if contact.surfaces[0] != contact.surfaces[1] {
+                self.notes.extend(self.shared(contact, &surfaces, &key)?);
+            }
+            let side = self.mesh().mean_side(&surfaces[1]);
             let mut pair = solid::SurfacePair::new(self.mesh(), surfaces, modulus);
             pair.friction = contact.friction;
-            pair.overlap_limit = contact.overlap.unwrap_or(pair.overlap_limit);
+            pair.overlap_limit = self.overlap(contact.overlap, side, &key)?;
             pair.reach = contact.reach.unwrap_or(pair.reach);
             self.problem.contacts.push(Contact::Surfaces(pair));
         }
         Ok(())
+    }
+
+    /// A note of two surfaces that share nodes.
+    fn shared(
+        &self,
+        contact: &description::Contact,
+        [first, second]: &[Vec<Facet>; 2],
+        key: &str,
+    ) -> Result<Option<String>, Wrong> {
+        let [one, other] = &contact.surfaces;
+        if first.iter().any(|facet| second.contains(facet)) {
+            let message = format!("\"{one}\" and \"{other}\" have a part in common");
+            let help = "name two surfaces without a common part, or one surface twice";
+            return Err(wrong(format!("{key}.surfaces"), message, help));
+        }
+        let mesh = self.mesh();
+        let nodes = |surface: &[Facet]| -> HashSet<u32> {
+            let facets = surface.iter();
+            facets.flat_map(|&facet| mesh.facet_nodes(facet)).collect()
+        };
+        let (first, second) = (nodes(first), nodes(second));
+        let shared = first.intersection(&second);
+        let count = shared.clone().count();
+        Ok(shared.min().map(|&node| {
+            format!(
+                "contact \"{}\": \"{one}\" and \"{other}\" share {count} {}, one of them near {}; cells that meet there touch each other only if they face each other before the load, so the tip of a fold stays open by one cell",
+                contact.name,
+                if count == 1 { "node" } else { "nodes" },
+                in_mm(mesh.points[node as usize])
+            )
+        }))
     }
 
     fn ties(&mut self) -> Result<(), Wrong> {
@@ -1081,6 +1242,11 @@ impl Builder<'_> {
         }
         // Solved per unit of depth; a force of a dead load has the depth in its direction.
         let prescribed = self.file.parameter[number].prescribes.as_ref();
+        if matches!(prescribed, Some(Prescribed::Volume(_))) && given.value <= 0.0 {
+            let message = "a cavity has a volume above 0";
+            let help = "give the volume that is left; walls that meet before need a [[contact]]";
+            return Err(wrong(key, message, help));
+        }
         Ok(match prescribed {
             Some(Prescribed::Force | Prescribed::Torque | Prescribed::Volume(_)) => {
                 given.value / self.depth

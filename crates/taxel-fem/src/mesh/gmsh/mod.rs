@@ -7,7 +7,7 @@ mod wedge;
 
 pub use error::{GmshError, Position};
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::promote::{Middles, key, promote};
 use super::{CellShape, Facet, LowerCell, Mesh};
@@ -271,11 +271,7 @@ impl<'a> Import<'a> {
                     cell: cell as u32,
                     side: side as u8,
                 };
-                let corners = match mesh.facet_nodes(facet).count() {
-                    3 => 2,
-                    7 => 3,
-                    _ => 4,
-                };
+                let corners = shape.facet_shape().corner_count();
                 let key = key(mesh.facet_nodes(facet).take(corners));
                 sides.entry(key).or_insert(facet);
             }
@@ -299,6 +295,11 @@ impl<'a> Import<'a> {
                 let surface = mesh.surfaces.entry(name.to_owned()).or_default();
                 surface.extend(&facets);
             }
+        }
+        // An element that the file has twice is one part of the surface.
+        for surface in mesh.surfaces.values_mut() {
+            let mut seen = HashSet::new();
+            surface.retain(|facet| seen.insert(*facet));
         }
         Ok(())
     }
