@@ -524,9 +524,11 @@ fn a_sharp_block_is_dragged() {
                         *mean += weight * x;
                     }
                 }
+                // The block alone, sliding all over: what its mean slope makes of its load.
+                let by_slope = (1.0 + means[0] / friction) / (1.0 - friction * means[0]);
                 println!(
-                    "slab {ends:?}, {fine} times as fine, way {way}: pull over friction times load {:.5}, energy {energy:.5e}, \
-                     mean slope of the block {:.5}, of the slab {:.5}, stretch {:.5}",
+                    "slab {ends:?}, {fine} times as fine, way {way}: pull over friction times load {:.5}, by the slope {by_slope:.5}, \
+                     energy {energy:.5e}, mean slope of the block {:.5}, of the slab {:.5}, stretch {:.5}",
                     pull / (friction * load),
                     means[0],
                     means[1],

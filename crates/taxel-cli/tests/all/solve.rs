@@ -321,6 +321,8 @@ fn wrong_input_is_refused_before_anything_is_solved() {
     );
     refused(&["solve", "no-such"], &["dome, channel, fingertip"]);
     refused(&["solve", "dome", "--plot", "a.html"], &[".svg"]);
+    let mesh = folder.join("dome.msh");
+    refused(&["solve", "dome", "--vtu", text(&mesh)], &["is a file"]);
     let state = folder.join("state.json");
     fs::write(&state, "{}").unwrap();
     refused(
