@@ -1089,7 +1089,7 @@ fn odd_problems_are_refused_under_the_word() {
             "",
             [
                 "[[support]]\non = \"top\"\nmoved = { by = \"way\", y = 1 }",
-                "[[support]]\non = \"right\"\nmoved = { by = \"way\", x = 1 }",
+                "[[support]]\non = \"upper\"\nmoved = { by = \"way\", y = 1 }",
             ],
             &[
                 "the part \"rubber\" of the body near",
