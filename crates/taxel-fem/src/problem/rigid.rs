@@ -57,12 +57,12 @@ pub struct FreePart {
     pub motion: FreeMotion,
     /// Region of the part and undeformed place of one of its nodes, if the body has several parts
     /// that share no node.
-    pub region: Option<(String, [f64; 3])>,
+    pub region: Option<Box<(String, [f64; 3])>>,
 }
 
 impl std::fmt::Display for FreePart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match &self.region {
+        match self.region.as_deref() {
             Some((region, [x, y, z])) => write!(
                 f,
                 "the part {region:?} of the body near ({x:.6e}, {y:.6e}, {z:.6e}), which shares no node with the rest, against {}",
@@ -131,7 +131,7 @@ pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
         let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
         let region = (roots.len() > 1).then(|| {
             let place = mesh.points[mesh.cell(cell)[0] as usize];
-            (mesh.regions[mesh.region_of(cell)].clone(), place)
+            Box::new((mesh.regions[mesh.region_of(cell)].clone(), place))
         });
         Some(FreePart { motion, region })
     })
