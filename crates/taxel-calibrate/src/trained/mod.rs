@@ -3,11 +3,13 @@
 
 mod force;
 mod place;
+mod plausible;
 mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};
 use crate::outcome::{Outcome, Provenance};
 use crate::remark::Remark;
+use crate::split::HoldOut;
 use crate::toml_tables::{append, rounded};
 use taxel::estimation::rest_at_start;
 use taxel::trained::{Relation, Rest, Standard, TrainedMaps, TrainingError};
@@ -58,6 +60,10 @@ pub fn train(
         let message = "maps that are learned have no model, profile or robust loss to choose";
         return Err(InputError::whole(file, message).help("leave out --model, --profile, --robust"));
     }
+    if options.hold_out != HoldOut::default() {
+        let message = "maps that are learned hold out whole runs and blocks of them";
+        return Err(InputError::whole(file, message).help("leave out --hold-out"));
+    }
     let masked = array.body.masked(&named.sensor.mask);
     let mut remarks = Vec::new();
     let wanted = (array.body.full_scale, options);
@@ -71,6 +77,7 @@ pub fn train(
         remarks,
         ..Outcome::new("trained", &[(named, "")])
     };
+    plausible::check(&runs, array.body.full_scale)?;
     let position = place::train(&runs, &array.area(), &mut found)?;
     let weighs = runs.iter().any(|run| run.session.force.is_some());
     let rest = weighs.then(|| rest(&mut runs));

@@ -124,6 +124,10 @@ pub(super) fn runs(
         let (bare, tables): (Vec<_>, Vec<_>) = group
             .iter()
             .partition(|file| Series::recognises(&file.text));
+        if let (Some(_), Some(file)) = (options.scale_unit, tables.first()) {
+            let message = "the unit of a scale is that of the column force_z, in brackets";
+            return Err(InputError::whole(&file.name, message).help("leave out --scale-unit"));
+        }
         for file in tables {
             runs.push(table(masked, file, options.rate, remarks)?);
         }
@@ -346,6 +350,14 @@ fn table(
         remarks.push(Remark::whole(format!("{}: {remark}", file.name)));
     }
     let [time, x, y, z, force] = [0, 1, 2, 3, 4];
+    if rate.is_some() && data.given[time] {
+        let help = "leave out --rate, or the column";
+        return Err(data.error(
+            "time",
+            "the rows have times, and a rate is given as well",
+            help,
+        ));
+    }
     // Rows without a time come one period after the other.
     let period = rate.filter(|_| !data.given[time]).map(f64::recip);
     if let Some(period) = period {

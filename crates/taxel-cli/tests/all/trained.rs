@@ -306,8 +306,26 @@ fn a_table_with_a_header_is_a_run() {
     }
     let data = folder.path("run.csv");
     fs::write(&data, &text).unwrap();
-    let found = done(&["calibrate", SENSOR, &data, "--format", "json"]);
+    let calibration = folder.path("run.toml");
+    let found = done(&[
+        "calibrate",
+        SENSOR,
+        &data,
+        "--format",
+        "json",
+        "-o",
+        &calibration,
+    ]);
     let found: Value = serde_json::from_str(&found).unwrap();
+    // Its readings are a recording, and what was measured beside them is not used.
+    let touch = estimated(&data, &calibration, &folder.path("touch.csv"));
+    assert_eq!(column(&touch, "force_z [N]").len(), 400);
+    let blind = text.replace("force_z [mN]", "moment_z [N mm]");
+    fs::write(&data, blind).unwrap();
+    assert_eq!(
+        touch,
+        estimated(&data, &calibration, &folder.path("touch.csv"))
+    );
     let error = found["hold_out"][0]["root_mean_square"].as_f64().unwrap();
     // Fifteen channels with a wave of 1 of 30 to 75: well below 0.1 N of 3 N.
     assert!(error < 0.1, "{error}");
@@ -750,7 +768,7 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
                 format!("{time},{}", -press)
             }),
             vec![],
-            vec!["no force is above zero", "pressing is positive"],
+            vec!["pressing is positive", "pressing is positive"],
         ),
         (
             "pressed from the start",
@@ -794,6 +812,40 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
             vec!["no model", "leave out --model"],
         ),
         (
+            "a scale of the other sign",
+            cycles("time [s],force_z [N]", |_, time, press| {
+                format!("{time},{}", 0.2 - press)
+            }),
+            vec![],
+            vec!["pressing is positive", "change the sign"],
+        ),
+        (
+            "a scale in another unit",
+            cycles("time [s],force_z [N]", |_, time, press| {
+                format!("{time},{}", 1e3 * press)
+            }),
+            vec![],
+            vec!["of a full scale of 35 N", "correct the unit"],
+        ),
+        (
+            "a rate beside times",
+            whole.clone(),
+            vec!["--rate", "25 Hz"],
+            vec!["a rate is given as well", "leave out --rate"],
+        ),
+        (
+            "a unit beside a unit",
+            whole.clone(),
+            vec!["--scale-unit", "g"],
+            vec!["leave out --scale-unit"],
+        ),
+        (
+            "another way to hold out",
+            whole.clone(),
+            vec!["--hold-out", "none"],
+            vec!["hold out whole runs", "leave out --hold-out"],
+        ),
+        (
             "force and channels apart",
             cycles("time [s],force_z [N]", |index, time, _| {
                 let wave = (index as u32).wrapping_mul(2_654_435_761) >> 24;
@@ -825,6 +877,13 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
         assert_eq!(message.matches("error:").count(), 1, "{what}: {message}");
         assert!(!Path::new(&file).exists(), "{what}");
     }
+    // A run and its copy are one run.
+    let copy = folder.path("copy.csv");
+    for path in [&table, &copy] {
+        fs::write(path, &whole).unwrap();
+    }
+    let message = refused(&["calibrate", SENSOR, &table, &copy]);
+    assert!(message.contains("give each run once"), "{message}");
     // The same rows with a rate are a run, and what is not used is named.
     let spare = cycles("force_z [N],height [mm]", |_, time, press| {
         format!("{press},{time}")

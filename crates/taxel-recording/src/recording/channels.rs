@@ -17,6 +17,13 @@ pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// The names that the channels of a taxel have, one set or the other.
 const SETS: [&[&str]; 2] = [&CAPACITORS, &AXES];
 
+/// Begin of the names of the channels of a bench table, which count from 1.
+const NUMBERED: &str = "channel_";
+/// What else a bench table has: the touch, which an estimate is to find by itself.
+const TRUTHS: [&str; 9] = [
+    "x", "y", "z", "force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z",
+];
+
 /// A channel of several in a taxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Part {
@@ -73,9 +80,11 @@ enum Role {
         index: usize,
         si_per_unit: f64,
     },
+    /// Not read.
+    Truth,
 }
 
-/// `r<row>c<column>`, `r<row>c<column>.<capacitor>` or `r<row>c<column>.<axis>`.
+/// `r<row>c<column>`, `r<row>c<column>.<capacitor>`, `r<row>c<column>.<axis>`, or `channel_<number>` in a row of taxels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Channel {
     row: u64,
@@ -88,6 +97,7 @@ enum Entry {
     Sequence,
     Time { power: i32 },
     Channel(Channel, SignalUnit),
+    Truth,
 }
 
 /// A channel with the column that has it.
@@ -135,10 +145,12 @@ fn read_header<R: BufRead>(lines: &Lines<R>) -> Result<(Stream, Decoder), InputE
     let mut columns: Vec<Column> = Vec::new();
     let mut found: Vec<Found<'_>> = Vec::new();
     let (mut has_time, mut has_sequence) = (false, false);
+    let numbered = |field: Field<'_>| field.text().trim_start().starts_with(NUMBERED);
+    let is_bench = dialect.fields(text).any(numbered);
     for (at, field) in dialect.fields(text).enumerate() {
         let title = field.text().into_owned();
-        let entry =
-            title_entry(&title).map_err(|(message, help)| wrong(&field, message).help(help))?;
+        let entry = title_entry(&title, is_bench)
+            .map_err(|(message, help)| wrong(&field, message).help(help))?;
         let (role, twice) = match entry {
             Entry::Sequence => (Role::Sequence, std::mem::replace(&mut has_sequence, true)),
             Entry::Time { power } => (Role::Time { power }, std::mem::replace(&mut has_time, true)),
@@ -153,6 +165,7 @@ fn read_header<R: BufRead>(lines: &Lines<R>) -> Result<(Stream, Decoder), InputE
                 let index = 0;
                 (Role::Channel { index, si_per_unit }, false)
             }
+            Entry::Truth => (Role::Truth, false),
         };
         if twice {
             return Err(wrong(
@@ -204,8 +217,11 @@ fn read_header<R: BufRead>(lines: &Lines<R>) -> Result<(Stream, Decoder), InputE
 }
 
 /// Meaning of the title of a column; an error is the mistake and what to do.
-fn title_entry(title: &str) -> Result<Entry, (String, String)> {
+fn title_entry(title: &str, is_bench: bool) -> Result<Entry, (String, String)> {
     let (name, unit) = split_unit(title);
+    if is_bench && TRUTHS.contains(&name) {
+        return Ok(Entry::Truth);
+    }
     if name.eq_ignore_ascii_case("sequence") {
         return Ok(Entry::Sequence);
     }
@@ -224,10 +240,11 @@ fn title_entry(title: &str) -> Result<Entry, (String, String)> {
     }
     let Some(channel) = channel(name) else {
         let help = "columns are `sequence`, `time [s]`, and for each channel its place and unit: \
-             `r0c0.11 [fF]` to `r0c0.22 [fF]` for the four capacitors of a taxel, `r0c0.x [N]` to `r0c0.z [N]` for its forces, or `r0c0 [kPa]`";
+             `r0c0.11 [fF]` to `r0c0.22 [fF]` for the four capacitors of a taxel, `r0c0.x [N]` to `r0c0.z [N]` for its forces, or `r0c0 [kPa]`; or `channel_1`, `channel_2` and so on, as in a table for calibrate";
         let message = format!("{} is no column of a recording", quote(title));
         return Err((message, help.to_owned()));
     };
+    let unit = unit.or_else(|| name.starts_with(NUMBERED).then_some("counts"));
     let found = unit.and_then(units::find).ok_or_else(|| {
         let message = match unit {
             Some(unit) => format!("{} is not a unit of a channel", quote(unit)),
@@ -444,6 +461,7 @@ fn put(
                 )
             })?;
         }
+        Role::Truth => {}
         Role::Channel { .. } if text.is_empty() || text.eq_ignore_ascii_case("nan") => {}
         Role::Channel { index, si_per_unit } => {
             let value = dialect
@@ -475,6 +493,14 @@ fn split_unit(title: &str) -> (&str, Option<&str>) {
 }
 
 fn channel(name: &str) -> Option<Channel> {
+    if let Some(number) = name.strip_prefix(NUMBERED) {
+        let number: u64 = number.parse().ok()?;
+        return Some(Channel {
+            row: 0,
+            column: number.checked_sub(1)?,
+            part: None,
+        });
+    }
     let (row, rest) = name.strip_prefix(['r', 'R'])?.split_once(['c', 'C'])?;
     let (column, part) = match rest.split_once('.') {
         Some((column, name)) => {
@@ -510,6 +536,23 @@ mod tests {
 
     fn read(text: &str) -> Result<Vec<Frame>, RecordingError> {
         Recording::open("t.csv", text.as_bytes())?.collect()
+    }
+
+    #[test]
+    fn a_table_for_calibrate_is_a_recording() {
+        let text =
+            "time [s],force_z [N],channel_2,channel_1,x [mm]\n0.5,nothing,20,10,\n0.6,1,21,,3\n";
+        let frames = read(text).unwrap();
+        assert_eq!(frames[0].values, [10.0, 20.0]);
+        assert_eq!(frames[0].time_ns, 500_000_000);
+        assert!(frames[1].values[0].is_nan() && frames[1].values[1] == 21.0);
+        // Without its channels a force is no part of a recording, and one of them must not be missing.
+        for text in [
+            "time [s],force_z [N],r0c0 [kPa]\n",
+            "time [s],channel_1,channel_3\n",
+        ] {
+            assert!(read(&format!("{text}0,1,2\n")).is_err());
+        }
     }
 
     #[test]
