@@ -130,6 +130,16 @@ pub enum Reason {
         /// Its volume over that at rest.
         share: f64,
     },
+    /// What touches is driven into each other.
+    #[error(
+        "contact {contact} overlaps by {overlap:.3e} m, though its pressure has grown round by round: what is prescribed drives its surface into what it touches"
+    )]
+    Overlapped {
+        /// Number of the contact.
+        contact: usize,
+        /// Deepest overlap, m.
+        overlap: f64,
+    },
     /// A part that only contacts can hold is not held by them.
     #[error(
         "only a contact could hold {0}, and none does: it does not touch there, or not in that direction"
@@ -257,6 +267,9 @@ impl Reason {
             }
             Self::CavityCrossed { .. } => {
                 "Give the walls that meet a contact; or end before, a cavity has a volume above 0"
+            }
+            Self::Overlapped { .. } => {
+                "Move the surface less far, or leave it free where it touches; with free surfaces, take smaller steps or more rounds"
             }
             Self::CellGivesWay(_)
             | Self::LinearInsideOut { .. }

@@ -44,6 +44,9 @@ fn length(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
+/// An equilibrium whose contacts overlap by so many times what they accept is none.
+const OVERLAPPED: f64 = 1000.0;
+
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
     pub(super) fn deeper(&mut self, reason: Reason, targets: &[f64]) -> Reason {
@@ -170,7 +173,40 @@ impl Solver {
                 | Reason::Inverted(_)
                 | Reason::Leapt { .. }
         );
-        (singular || lost && !presses).then_some(part)
+        let slid = matches!(reason, Reason::Hopped { .. }) && self.is_smooth();
+        (singular || slid || lost && !presses).then_some(part)
+    }
+
+    /// True if no contact has friction.
+    fn is_smooth(&self) -> bool {
+        let mut contacts = self.problem.contacts.iter();
+        contacts.all(|contact| match contact {
+            Contact::Obstacle(obstacle) => obstacle.friction == 0.0,
+            Contact::Surfaces(pair) => pair.friction == 0.0,
+            Contact::Walls(_) => true,
+        })
+    }
+
+    /// True if a part may move as a whole and nothing but friction, of which there is none, could
+    /// hold it.
+    pub(super) fn slides(&self) -> bool {
+        self.is_smooth() && free_part(&self.problem).is_some()
+    }
+
+    /// The contact whose multipliers do not part what touches: the surface is driven into the
+    /// obstacle, or into the other surface.
+    pub(super) fn overlapped(&self, state: &State) -> Option<Reason> {
+        let problem = &self.problem;
+        let places = state.places(&problem.mesh);
+        let mut contacts = problem.contacts.iter().enumerate();
+        contacts.find_map(|(contact, own)| {
+            let overlap = self
+                .system
+                .contact(problem, state, &places, contact)
+                .overlap;
+            let most = OVERLAPPED * own.overlap_limit();
+            (overlap > most).then_some(Reason::Overlapped { contact, overlap })
+        })
     }
 
     /// The given parameters that move to these targets, with their ways.

@@ -250,7 +250,7 @@ impl Solver {
             }
             return step;
         }
-        if let Some(reason) = self.crossed(&trial) {
+        if let Some(reason) = self.crossed(&trial).or_else(|| self.overlapped(&trial)) {
             return Err(reason);
         }
         remember(&self.problem, &mut trial);

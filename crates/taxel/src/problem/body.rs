@@ -1,5 +1,6 @@
 //! A body that is solved step by step.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::ops::Range;
 
@@ -111,6 +112,9 @@ impl Body {
             description::Multipliers::Points => Multipliers::Points,
             description::Multipliers::Corners => Multipliers::Corners,
         };
+        body.distinct_columns().map_err(|message| {
+            InputError::whole(name, message).help("give one of them another name")
+        })?;
         let row = body.values().map_err(|reason| {
             let message = format!("the undeformed body: {reason}");
             match body.key_of_field(&reason) {
@@ -122,6 +126,26 @@ impl Body {
         let overlaps = body.overlaps_at_rest();
         body.notes.extend(overlaps);
         Ok(body)
+    }
+
+    /// Refuses a table in which two columns have one name, or one that breaks its line.
+    fn distinct_columns(&self) -> Result<(), String> {
+        let mut known = HashSet::new();
+        for column in self.columns() {
+            if column.name.contains(char::is_control) {
+                return Err(format!(
+                    "the name {:?} has a control character",
+                    column.name
+                ));
+            }
+            if !known.insert(column.name.clone()) {
+                return Err(format!(
+                    "two columns of the table are called \"{}\"",
+                    column.name
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Obstacles and contacts that overlap before anything moves, beyond what is accepted.
@@ -676,7 +700,9 @@ impl Body {
     /// What the file calls the part that a reason has the number of.
     fn named(&self, reason: &Reason) -> Option<(&'static str, &str)> {
         match reason {
-            Reason::Chatter { contact, .. } | Reason::Leapt { contact, .. } => {
+            Reason::Chatter { contact, .. }
+            | Reason::Leapt { contact, .. }
+            | Reason::Overlapped { contact, .. } => {
                 Some(("contact", touched(&self.file).nth(*contact)?))
             }
             Reason::CavityCrossed { cavity, .. } => {

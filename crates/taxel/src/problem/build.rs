@@ -1,7 +1,7 @@
 //! From a problem file and its mesh to the boundary value problem of the solver.
 
 use std::cell::OnceCell;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
@@ -11,6 +11,7 @@ use taxel_fem::mesh::{Facet, Mesh};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
 
+use super::cuts;
 use super::description::{
     self, Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial,
     Shape,
@@ -877,13 +878,21 @@ impl Builder<'_> {
                     self.problem.parameter(&name, Rule::Given)
                 }
             };
-            let cavity_there = solid::Cavity {
+            let mut cavity_there = solid::Cavity {
                 wall,
                 axis,
                 origin: 0.0,
                 pressure,
             };
             let mesh = self.mesh();
+            let held = self.held(axis);
+            let origin = cuts::origin(&cavity_there, mesh, self.problem.kinematics, |node| {
+                held.contains(&node)
+            });
+            cavity_there.origin = origin.map_err(|message| {
+                let help = "hold the cut along that axis, move the body so that it lies at 0, or integrate `along` the axis across the opening";
+                wrong(format!("{key}.wall"), message, help)
+            })?;
             let rest = cavity_there.volume(mesh, self.problem.kinematics, &mesh.points);
             if rest.is_nan() || rest <= 0.0 {
                 let message = format!(
@@ -903,11 +912,22 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Nodes that supports hold along a component.
+    fn held(&self, component: usize) -> BTreeSet<u32> {
+        let axis = self.axes[component];
+        let holds =
+            |support: &&description::Support| support.held.iter().any(|held| held.number() == axis);
+        let supports = self.file.support.iter().filter(holds);
+        let nodes = supports.filter_map(|support| self.mesh().nodes_of(&support.on));
+        nodes.flatten().collect()
+    }
+
     fn obstacles(&mut self) -> Result<(), Wrong> {
         for (number, obstacle) in self.file.obstacle.iter().enumerate() {
             let key = format!("obstacle.{number}");
             let surface = self.outer_surface(&obstacle.surface, &format!("{key}.surface"))?;
             let shape = self.shape(&obstacle.shape, &format!("{key}.shape"))?;
+            self.notes.extend(self.ring(&shape, &obstacle.name));
             let travel = match &obstacle.moved {
                 Some(moved) => {
                     let key = format!("{key}.moved");
@@ -961,6 +981,13 @@ impl Builder<'_> {
             if contact.surfaces[0] != contact.surfaces[1] {
                 self.notes.extend(self.shared(contact, &surfaces, &key)?);
             }
+            let stopped = cuts::stopped(self.file, self.mesh(), &surfaces, &contact.surfaces);
+            self.notes.extend(stopped.map(|what| {
+                format!(
+                    "contact \"{}\": {what} does not pass it, touching or not",
+                    contact.name
+                )
+            }));
             let side = self.mesh().mean_side(&surfaces[1]);
             let mut pair = solid::SurfacePair::new(self.mesh(), surfaces, modulus);
             pair.friction = contact.friction;
@@ -1006,6 +1033,11 @@ impl Builder<'_> {
         for (number, tied) in self.file.tie.iter().enumerate() {
             let key = format!("tie.{number}");
             let surfaces = self.two_surfaces(&tied.surfaces, &key)?;
+            if let Some(what) = cuts::stopped(self.file, self.mesh(), &surfaces, &tied.surfaces) {
+                let message = format!("{what} does not pass a tie: it needs common nodes");
+                let help = "mesh the two parts as one, or make both surfaces electrodes";
+                return Err(wrong(format!("{key}.surfaces"), message, help));
+            }
             let modulus = self.moduli(&surfaces[0])[1].max(self.moduli(&surfaces[1])[1]);
             let walls = tie(&self.problem, surfaces, modulus).map_err(|error| {
                 let help = "name the finer surface first, and one that covers it second";
@@ -1051,6 +1083,19 @@ impl Builder<'_> {
                 flat: punch.flat,
                 rim: punch.rim,
             },
+        })
+    }
+
+    /// A note of an obstacle that turns about the axis beside it.
+    fn ring(&self, shape: &solid::Shape, name: &str) -> Option<String> {
+        let ([radius, ..], what) = match *shape {
+            solid::Shape::Sphere { centre, .. } => (centre, "centre"),
+            solid::Shape::Punch { point, .. } => (point, "axis"),
+            _ => return None,
+        };
+        let turns = self.problem.kinematics == Kinematics::Axisymmetric && radius != 0.0;
+        turns.then(|| {
+            format!("obstacle \"{name}\": its {what} is {:.4} mm off the axis of revolution, so it is a ring", 1e3 * radius)
         })
     }
 

@@ -6,6 +6,7 @@
 
 mod body;
 mod build;
+mod cuts;
 mod description;
 mod fields;
 mod saved;
