@@ -301,7 +301,9 @@ impl Reason {
                 "The supports, contacts and cavities leave no volume to go to: free a surface, or give the solid a bulk modulus"
             }
             Self::Stopped => "Go on from there",
-            Self::ControlLost => "Choose a quantity that the parameter changes",
+            Self::ControlLost => {
+                "Choose a quantity that the parameter changes; a force on what nothing but a contact links to the rest begins when a way has pressed it"
+            }
         }
     }
 }

@@ -44,8 +44,9 @@ fn length(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
-/// An equilibrium whose contacts overlap by so many times what they accept is none.
-const OVERLAPPED: f64 = 1000.0;
+/// An equilibrium is none if a contact overlaps by more than it accepts and this share of the mean
+/// side of its cells.
+const OVERLAPPED: f64 = 0.1;
 
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
@@ -200,11 +201,14 @@ impl Solver {
         let places = state.places(&problem.mesh);
         let mut contacts = problem.contacts.iter().enumerate();
         contacts.find_map(|(contact, own)| {
-            let overlap = self
-                .system
-                .contact(problem, state, &places, contact)
-                .overlap;
-            let most = OVERLAPPED * own.overlap_limit();
+            let surface = match own {
+                Contact::Obstacle(obstacle) => &obstacle.surface,
+                Contact::Surfaces(pair) => &pair.second,
+                Contact::Walls(_) => return None,
+            };
+            let probe = self.system.contact(problem, state, &places, contact);
+            let most = (OVERLAPPED * problem.mesh.mean_side(surface)).max(own.overlap_limit());
+            let overlap = probe.overlap;
             (overlap > most).then_some(Reason::Overlapped { contact, overlap })
         })
     }

@@ -886,13 +886,19 @@ impl Builder<'_> {
             };
             let mesh = self.mesh();
             let held = self.held(axis);
-            let origin = cuts::origin(&cavity_there, mesh, self.problem.kinematics, |node| {
-                held.contains(&node)
-            });
-            cavity_there.origin = origin.map_err(|message| {
-                let help = "hold the cut along that axis, move the body so that it lies at 0, or integrate `along` the axis across the opening";
-                wrong(format!("{key}.wall"), message, help)
-            })?;
+            let (origin, unknown) =
+                cuts::origin(&cavity_there, mesh, self.problem.kinematics, |node| {
+                    held.contains(&node)
+                });
+            cavity_there.origin = origin;
+            if unknown {
+                self.notes.push(format!(
+                    "cavity \"{}\": its wall is open, and its volume is measured from {} = 0; a cut elsewhere is found where a support holds it along {1}",
+                    cavity.name,
+                    letter(self.axes[axis])
+                ));
+            }
+            let mesh = self.mesh();
             let rest = cavity_there.volume(mesh, self.problem.kinematics, &mesh.points);
             if rest.is_nan() || rest <= 0.0 {
                 let message = format!(
@@ -1215,12 +1221,22 @@ impl Builder<'_> {
         }
         for (number, resistance) in self.file.resistance.iter().enumerate() {
             let key = format!("resistance.{number}");
-            self.nodes(&resistance.from, &format!("{key}.from"))?;
-            self.nodes(&resistance.to, &format!("{key}.to"))?;
+            let from = self.nodes(&resistance.from, &format!("{key}.from"))?;
+            let to = self.nodes(&resistance.to, &format!("{key}.to"))?;
             for (of, conductor) in resistance.conductor.iter().enumerate() {
                 for (at, name) in conductor.regions.iter().enumerate() {
                     self.region(name, &format!("{key}.conductor.{of}.regions.{at}"))?;
                 }
+            }
+            let regions = resistance.conductor.iter().flat_map(|part| &part.regions);
+            let regions: Vec<&str> = regions.map(String::as_str).collect();
+            if !cuts::connected(self.mesh(), &regions, &from, &to) {
+                let message = format!(
+                    "no conductor leads from \"{}\" to \"{}\": a current passes common nodes alone, neither contacts nor ties",
+                    resistance.from, resistance.to
+                );
+                let help = "add the regions between them, or give two nodes that lie at one place one number";
+                return Err(wrong(format!("{key}.conductor"), message, help));
             }
         }
         for (number, channel) in self.file.channel.iter().enumerate() {

@@ -1,6 +1,8 @@
 //! Where a mesh ends though the body does not: cuts by planes of symmetry, and parts that meet
 //! without common nodes.
 
+use std::collections::BTreeSet;
+
 use taxel_fem::mesh::{Facet, Mesh};
 use taxel_fem::problem::{self as solid, Kinematics};
 
@@ -12,20 +14,18 @@ const CLOSED: f64 = 1e-6;
 /// Places on an axis are one within this share of the extent of the wall.
 const SAME_PLACE: f64 = 1e-6;
 
-/// The place on its axis from which the volume of a cavity is measured, m: that of the cut through
-/// it, where its wall holds nodes along the axis (`held`), or else zero.
-///
-/// # Errors
-/// Why there is no such cut.
+/// The place on its axis from which the volume of a cavity is measured, m: that of the cut at an
+/// end of its wall whose nodes supports hold along the axis (`held`), or else zero; and whether
+/// neither the wall nor a support says so.
 pub(super) fn origin(
     cavity: &solid::Cavity,
     mesh: &Mesh,
     kinematics: Kinematics,
     held: impl Fn(u32) -> bool,
-) -> Result<f64, String> {
+) -> (f64, bool) {
     let axis = cavity.axis;
     if kinematics == Kinematics::Axisymmetric && axis == 0 {
-        return Ok(0.0);
+        return (0.0, false);
     }
     let nodes = cavity
         .wall
@@ -33,37 +33,60 @@ pub(super) fn origin(
         .flat_map(|&facet| mesh.facet_nodes(facet));
     let nodes: Vec<u32> = nodes.collect();
     let along = |node: &u32| mesh.points[*node as usize][axis];
+    let size = |d: usize| {
+        let [low, high] = ends(nodes.iter().map(|&node| mesh.points[node as usize][d]));
+        high - low
+    };
+    let extent = (0..3).map(size).fold(0.0, f64::max);
     let [low, high] = ends(nodes.iter().map(along));
-    let extent = high - low;
     let from = |origin: f64| {
-        solid::Cavity {
+        let cavity = solid::Cavity {
             origin,
             ..cavity.clone()
-        }
-        .volume(mesh, kinematics, &mesh.points)
+        };
+        cavity.volume(mesh, kinematics, &mesh.points)
     };
-    let (volume, moved) = (from(low), from(high));
+    let (volume, moved) = (from(low), from(low + extent));
     if (volume - moved).abs() <= CLOSED * volume.abs().max(moved.abs()) {
-        return Ok(0.0);
+        return (0.0, false);
     }
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE * extent;
     let [first, last] = ends(nodes.iter().filter(|node| held(**node)).map(along));
-    if last - first <= SAME_PLACE * extent && first.is_finite() {
-        return Ok(first);
+    if !same(low, high) && same(first, last) && (same(first, low) || same(first, high)) {
+        return (first, false);
     }
-    if low.abs().min(high.abs()) <= SAME_PLACE * extent {
-        return Ok(0.0);
-    }
-    Err(format!(
-        "the wall is open along this axis, and no end of it, {:.4} and {:.4} mm, is at 0 or held along it by a support",
-        1e3 * low,
-        1e3 * high
-    ))
+    (0.0, !same(low, 0.0) && !same(high, 0.0))
 }
 
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
         [low.min(x), high.max(x)]
     })
+}
+
+/// True if cells of these regions lead from one group of nodes to another over common nodes.
+pub(super) fn connected(mesh: &Mesh, regions: &[&str], from: &[u32], to: &[u32]) -> bool {
+    let mut root: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    fn find(root: &mut [u32], mut node: u32) -> u32 {
+        while root[node as usize] != node {
+            root[node as usize] = root[root[node as usize] as usize];
+            node = root[node as usize];
+        }
+        node
+    }
+    for cell in 0..mesh.cell_count() {
+        if regions.contains(&mesh.regions[mesh.region_of(cell)].as_str()) {
+            let nodes = mesh.cell(cell);
+            let first = find(&mut root, nodes[0]);
+            for &node in nodes {
+                let other = find(&mut root, node);
+                root[other as usize] = first;
+            }
+        }
+    }
+    let begins: BTreeSet<u32> = from.iter().map(|&node| find(&mut root, node)).collect();
+    to.iter()
+        .any(|&node| begins.contains(&find(&mut root, node)))
 }
 
 /// What is solved on both sides of two surfaces without common nodes, and does not pass from one to
@@ -105,4 +128,55 @@ pub(super) fn stopped(
         both(&conducts)
     });
     crossing.map(|asked| format!("the current of resistance \"{}\"", asked.name))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+mod tests {
+    use super::*;
+    use taxel_fem::mesh::{Axis, Grid2};
+    use taxel_fem::problem::Parameter;
+
+    /// A quarter of a tube, cut by two planes, has one volume wherever it is drawn.
+    #[test]
+    fn a_cut_cavity_is_measured_from_its_cut() {
+        let axes = [Axis::uniform(1.0, 2.0, 2), Axis::uniform(0.0, 1.0, 16)];
+        let drawn = Grid2::new(axes.map(Result::unwrap), "rubber")
+            .mesh()
+            .unwrap();
+        let wall = drawn.surfaces["left"].clone();
+        let volume = |place: [f64; 2], along: usize| {
+            let mut mesh = drawn.clone();
+            for point in &mut mesh.points {
+                let angle = std::f64::consts::FRAC_PI_2 * point[1];
+                let [radius, ..] = *point;
+                *point = [
+                    place[0] + radius * angle.cos(),
+                    place[1] + radius * angle.sin(),
+                    0.0,
+                ];
+            }
+            let mut cavity = solid::Cavity {
+                wall: wall.clone(),
+                axis: along,
+                origin: 0.0,
+                pressure: Parameter(0),
+            };
+            let cut = |node: u32| (mesh.points[node as usize][along] - place[along]).abs() < 1e-9;
+            let (origin, unknown) = origin(&cavity, &mesh, Kinematics::PlaneStrain, cut);
+            assert!(!unknown);
+            cavity.origin = origin;
+            cavity.volume(&mesh, Kinematics::PlaneStrain, &mesh.points)
+        };
+        let exact = std::f64::consts::FRAC_PI_4;
+        for place in [[0.0, 0.0], [50.0, 30.0], [-7.0, 7.0], [0.5, -0.5]] {
+            for along in [0, 1] {
+                let found = volume(place, along);
+                assert!(
+                    (found / exact - 1.0).abs() < 1e-4,
+                    "{place:?} {along}: {found}"
+                );
+            }
+        }
+    }
 }

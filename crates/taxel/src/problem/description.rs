@@ -527,8 +527,8 @@ pub struct Tie {
 pub struct Cavity {
     /// Name, for the table.
     pub name: String,
-    /// Physical groups: the surfaces around it. What they leave open must be cuts by planes of
-    /// symmetry through the origin, or lie across another axis than `along`.
+    /// Physical groups: the surfaces around it. What they leave open must lie across another axis
+    /// than `along`, or be a cut that a support holds along it, or else at 0.
     pub wall: Vec<String>,
     /// Axis along which the volume is integrated; the last one of the mesh if left out.
     pub along: Option<Axis>,

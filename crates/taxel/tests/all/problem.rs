@@ -706,6 +706,48 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
     ] {
         assert!(message.contains(part), "{message}");
     }
+    // Neither field nor current is solved from one mesh to the other.
+    let field = "[capacitance]\nelectrodes = [\"upper_top\", \"lower_bottom\"]\n\
+                 [[capacitance.dielectric]]\nregions = [\"lower_body\", \"upper_body\"]\npermittivity = 3\n";
+    let message = refused(&format!("{TWO_BLOCKS}{TIED}{field}"));
+    for part in [
+        "tie.0.surfaces",
+        "does not pass a tie",
+        "mesh the two parts as one",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let text = format!("{TWO_BLOCKS}{TOUCHING}{field}");
+    let touching = body("problem.toml", &text, mesh.as_bytes()).unwrap();
+    let notes = touching.notes().join(
+        "
+",
+    );
+    assert!(
+        notes.contains("the electric field of [capacitance] does not pass it"),
+        "{notes}"
+    );
+    let current = "[[resistance]]\nname = \"r\"\nfrom = \"upper_top\"\nto = \"lower_bottom\"\n\
+                   conductor = [{ regions = [\"lower_body\", \"upper_body\"], resistivity = \"1 ohm m\" }]\n";
+    let message = refused(&format!("{TWO_BLOCKS}{TOUCHING}{current}"));
+    for part in [
+        "resistance.0.conductor",
+        "from \"upper_top\" to \"lower_bottom\"",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    // A lower block that is driven through the upper one is no equilibrium.
+    let driven = TWO_BLOCKS.replace("moved = { by = \"way\", y = 1 }", "held = [\"y\"]");
+    let driven = format!(
+        "{driven}[[support]]\non = \"lower_top\"\nmoved = {{ by = \"way\", y = -1 }}\n{TOUCHING}"
+    )
+    .replace("upper_top", "upper_bottom");
+    let mut driven = body("problem.toml", &driven, mesh.as_bytes()).unwrap();
+    let failure = driven.step(|_| true).unwrap_err();
+    let message = driven.explain(&failure);
+    for part in ["overlaps by", "contact \"joint\""] {
+        assert!(message.contains(part), "{message}");
+    }
     let unknown = TOUCHING.replace("lower_top", "lower_tip");
     let message = refused(&format!("{TWO_BLOCKS}{unknown}"));
     for part in ["contact.0.surfaces.1", "lower_top"] {
@@ -1141,6 +1183,32 @@ fn odd_problems_are_noted() {
         note.contains("\"right\" and \"top\" share 1 node") && note.contains("(2.0000, 2.0000"),
         "{note}"
     );
+    // A ball that turns about an axis beside it.
+    let round = PRESSED.replace(
+        "{ plane_strain = { depth = \"5 mm\" } }",
+        "\"axisymmetric\"",
+    );
+    let ball = WALL.replace(
+        "plane = { point = [\"9 mm\", \"0 mm\", \"0 mm\"], normal = [-1, 0, 0] }",
+        "sphere = { centre = [\"9 mm\", \"1 mm\", \"0 mm\"], radius = \"1 mm\" }",
+    );
+    let [note] = &notes(&format!("{round}{ball}"), SQUARE)[..] else {
+        panic!();
+    };
+    assert!(
+        note.contains("9.0000 mm off the axis of revolution, so it is a ring"),
+        "{note}"
+    );
+    // A gap under a lifted base, down to where its volume is measured from.
+    let room = "[[cavity]]\nname = \"room\"\nwall = [\"base\"]\n";
+    let lifted = SQUARE.replace(
+        "1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n",
+        "1 0 3 0\n2 2 3 0\n3 2 5 0\n4 0 5 0\n",
+    );
+    let [note] = &notes(&format!("{PRESSED}{room}"), &lifted)[..] else {
+        panic!();
+    };
+    assert!(note.contains("measured from y = 0"), "{note}");
     // Two squares that meet in a corner.
     let corner = SQUARE
         .replace("Nodes\n4\n", "Nodes\n7\n5 4 2 0\n6 4 4 0\n7 2 4 0\n")
