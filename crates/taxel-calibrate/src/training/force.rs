@@ -27,8 +27,11 @@ pub struct ForceOptions {
     pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Blocks of time of each run; the last three of ten are held out in turn.
+    /// Blocks of time of each run; default 5.
     pub blocks: usize,
+    /// Share of the blocks of a run that are only learned from, as slow creep shows in nearly all of
+    /// it; each of the others is held out in turn. Default 0.6.
+    pub learned_from: f64,
     /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
 }
@@ -46,7 +49,8 @@ impl Default for ForceOptions {
             prior: 1.0,
             prior_shares: [1.0; 3],
             offset: 0.0,
-            blocks: 10,
+            blocks: 5,
+            learned_from: 0.6,
             whole_runs: false,
         }
     }
@@ -390,9 +394,6 @@ pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError
     Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
 }
 
-/// Share of the blocks of a run that are only learned from: slow creep shows in nearly all of it.
-const LEARNED_FROM: f64 = 0.7;
-
 /// The moments that a block is predicted from: those of all other runs, and of its own run of the
 /// blocks before. A live device comes after its training, too. None for the first blocks of a
 /// run; a run that is one block is predicted from the others.
@@ -400,13 +401,13 @@ pub(super) fn known_before(
     blocks: &[Block],
     parts: &[Moments],
     all: &Moments,
-    number: usize,
+    (number, learned_from): (usize, f64),
 ) -> Option<Moments> {
     let run = blocks[number].run;
     let own: Vec<usize> = (0..blocks.len())
         .filter(|at| blocks[*at].run == run)
         .collect();
-    let first = (LEARNED_FROM * own.len() as f64) as usize;
+    let first = (learned_from * own.len() as f64) as usize;
     if own.len() > 1 && own[..first.max(1)].contains(&number) {
         return None;
     }
@@ -425,7 +426,8 @@ fn fit(
     let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
     for (number, block) in blocks.iter().enumerate() {
-        let Some(known) = known_before(&blocks, &parts, &all, number) else {
+        let Some(known) = known_before(&blocks, &parts, &all, (number, options.learned_from))
+        else {
             continue;
         };
         map.ridge = options.ridge(&known, map)?;
