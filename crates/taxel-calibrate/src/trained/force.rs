@@ -258,13 +258,13 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
 }
 
 /// Score of the rows of the last run, or of the last quarter of the only one, of which the last
-/// two fifths are held out.
+/// three tenths are held out.
 fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     let count = held_out.runs.len();
     let begin = if runs > 1 {
         held_out.runs.partition_point(|run| *run + 1 < runs)
     } else {
-        count * 3 / 8
+        count / 6
     };
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
@@ -360,7 +360,7 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     let which = if runs > 1 {
         "each run, from the others"
     } else {
-        "each of the last two fifths of the run, from what comes before it"
+        "each of the last three tenths of the run, from what comes before it"
     };
     join(&mut found.held_out, which);
     let rows = format!(

@@ -513,6 +513,7 @@ pub fn usual_candidates(runs: &[Session]) -> Result<Vec<ForceOptions>, TrainingE
                 let offset = 0.1 * f64::from(tenths);
                 // A delay shows anywhere, slow creep or not.
                 let options = ForceOptions {
+                    blocks: 5,
                     learned_from: 0.4,
                     ..options(1, CREEP[2], prior, offset)
                 };

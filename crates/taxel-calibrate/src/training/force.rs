@@ -27,10 +27,10 @@ pub struct ForceOptions {
     pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Blocks of time of each run; default 5.
+    /// Blocks of time of each run; default 10.
     pub blocks: usize,
     /// Share of the blocks of a run that are only learned from, as slow creep shows in nearly all of
-    /// it; each of the others is held out in turn. Default 0.6.
+    /// it; each of the others is held out in turn. Default 0.7.
     pub learned_from: f64,
     /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
@@ -49,8 +49,8 @@ impl Default for ForceOptions {
             prior: 1.0,
             prior_shares: [1.0; 3],
             offset: 0.0,
-            blocks: 5,
-            learned_from: 0.6,
+            blocks: 10,
+            learned_from: 0.7,
             whole_runs: false,
         }
     }
