@@ -627,6 +627,7 @@ struct Span {
     found: u64,
     without: u64,
     squares: f64,
+    squares_at_rest: f64,
     deviations: f64,
     /// Frames in all whose interval holds the force; the same and all, of the empty body.
     held: f64,
@@ -690,6 +691,7 @@ fn spans(minutes: f64, count: usize, mut body: Creeping) -> Vec<Span> {
                 span.held += held;
                 span.frames += 1.0;
                 if force == 0.0 {
+                    span.squares_at_rest += (value - force).powi(2);
                     span.held_at_rest += held;
                     span.at_rest += 1.0;
                 }
@@ -702,6 +704,16 @@ fn spans(minutes: f64, count: usize, mut body: Creeping) -> Vec<Span> {
 
 fn rms(sum: f64, span: &Span) -> f64 {
     (sum / span.frames).sqrt()
+}
+
+/// Error of the empty body, N rms.
+fn at_rest(span: &Span) -> f64 {
+    (span.squares_at_rest / span.at_rest).sqrt()
+}
+
+/// The same under load.
+fn loaded(span: &Span) -> f64 {
+    ((span.squares - span.squares_at_rest) / (span.frames - span.at_rest)).sqrt()
 }
 
 fn show(spans: &[Span]) {
@@ -727,8 +739,10 @@ fn as_at_first(spans: &[Span]) {
         // The touch at either end of a span may be counted in the other.
         assert!(span.found + 1 >= span.touches, "{span:?}");
         assert!(span.without as f64 <= 0.001 * span.frames, "{span:?}");
-        let ratio = rms(span.squares, span) / rms(first.squares, &first);
+        // Spans are under load for different shares of the time.
+        let ratio = loaded(span) / loaded(&first);
         assert!((0.8..1.25).contains(&ratio), "{first:?} {span:?}");
+        assert!(at_rest(span) < 1.25 * at_rest(&first), "{first:?} {span:?}");
         let ratio = rms(span.deviations, span) / rms(first.deviations, &first);
         assert!((0.9..1.1).contains(&ratio), "{first:?} {span:?}");
         assert!(span.held / span.frames > 0.93, "{span:?}");

@@ -80,6 +80,7 @@ fn memory_lowers_the_error_of_the_force() {
         },
         prior: 0.3,
         blocks: 3,
+        learned_from: 0.4,
         ..ForceOptions::default()
     };
     let (_, without) = train_force(std::slice::from_ref(&run), &options(&[])).unwrap();

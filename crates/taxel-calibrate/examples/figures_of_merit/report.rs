@@ -439,7 +439,7 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
     let held_out = if runs.len() > 1 {
         "Force, candidates: each run from the others [N]"
     } else {
-        "Force, candidates: each fifth of the run from the others [N]"
+        "Force, candidates: each of the last three tenths of the run from what comes before it [N]"
     };
     head(held_out, "rms");
     for (options, score) in &chosen.tried {

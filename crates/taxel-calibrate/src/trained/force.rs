@@ -258,13 +258,13 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
 }
 
 /// Score of the rows of the last run, or of the last quarter of the only one, of which the last
-/// three fifths are held out.
+/// three tenths are held out.
 fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
     let count = held_out.runs.len();
     let begin = if runs > 1 {
         held_out.runs.partition_point(|run| *run + 1 < runs)
     } else {
-        count * 7 / 12
+        count / 6
     };
     Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
 }
@@ -330,7 +330,8 @@ fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     } else {
         format!(
             "force: one run does not show how runs differ, and its held-out errors hold for this run only. The intervals \
-             leave a gain of {:.1} % and an offset of {:.2} N free, as usual for soft bodies; train on two runs or more",
+             leave a gain of {:.1} %, an offset of {:.2} N and half as much error again within the run free, as usual for \
+             soft bodies; train on two runs or more",
             100.0 * between.gain,
             between.offset
         )
@@ -359,7 +360,7 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     let which = if runs > 1 {
         "each run, from the others"
     } else {
-        "each of the last three fifths of the run, from what comes before it"
+        "each of the last three tenths of the run, from what comes before it"
     };
     join(&mut found.held_out, which);
     let rows = format!(

@@ -12,7 +12,7 @@ use taxel::quantity::{FORCE, LENGTH, MOMENT, TIME};
 use taxel::trained::Component;
 use taxel_recording::InputError;
 
-/// Readings of a scale that determine a map: ten for each fifth that is held out.
+/// Readings of a scale that determine a map: ten for each fifth of a run.
 pub(super) const LEAST_READINGS: usize = 50;
 
 /// A file with its name.

@@ -201,7 +201,8 @@ fn fitted(
     let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
     for (number, block) in blocks.iter().enumerate() {
-        let Some(known) = known_before(&blocks, &parts, &all, number) else {
+        let Some(known) = known_before(&blocks, &parts, &all, (number, options.learned_from))
+        else {
             continue;
         };
         let ridge = options.ridge(&known, map)?;

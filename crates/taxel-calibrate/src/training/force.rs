@@ -6,6 +6,7 @@ use taxel::trained::{
     Standard, TrainingError,
 };
 
+use super::relation::OF_ONE_RUN;
 use super::{NORMAL_95, Score, Series, Session, blocks_of_time, interval_factor};
 
 /// Candidate: the form of a force map.
@@ -26,8 +27,11 @@ pub struct ForceOptions {
     pub prior_shares: [f64; 3],
     /// By how much the scale comes after the sensor, s.
     pub offset: f64,
-    /// Blocks of time of each run; each but the first two of five is held out in turn.
+    /// Blocks of time of each run; default 10.
     pub blocks: usize,
+    /// Share of the blocks of a run that are only learned from, as slow creep shows in nearly all of
+    /// it; each of the others is held out in turn. Default 0.7.
+    pub learned_from: f64,
     /// True if whole runs are held out in turn instead, if there are several.
     pub whole_runs: bool,
 }
@@ -45,7 +49,8 @@ impl Default for ForceOptions {
             prior: 1.0,
             prior_shares: [1.0; 3],
             offset: 0.0,
-            blocks: 5,
+            blocks: 10,
+            learned_from: 0.7,
             whole_runs: false,
         }
     }
@@ -132,8 +137,10 @@ impl HeldOutForce {
     }
 }
 
-/// A leverage this much above the largest that was seen when held out is outside.
+/// A leverage this much above the largest that was seen when held out is outside; the next run of a body
+/// of which one run is known is farther from it, as in the relation of its channels.
 const LEVERAGE_MARGIN: f64 = 2.0;
+const LEVERAGE_MARGIN_OF_ONE: f64 = LEVERAGE_MARGIN * OF_ONE_RUN * OF_ONE_RUN;
 
 /// Trains on whole runs, each beginning without contact.
 ///
@@ -170,7 +177,12 @@ pub(super) fn trained_force(
     ];
     let held_out = fit(&mut map, &runs, options)?;
     map.intervals = intervals_of(&Within::of_all(&held_out));
-    map.largest_leverage = LEVERAGE_MARGIN * held_out.leverage;
+    let margin = if runs.len() > 1 {
+        LEVERAGE_MARGIN
+    } else {
+        LEVERAGE_MARGIN_OF_ONE
+    };
+    map.largest_leverage = margin * held_out.leverage;
     Ok((map, held_out))
 }
 
@@ -382,9 +394,6 @@ pub(super) fn moments_of_all(parts: &[Moments]) -> Result<Moments, TrainingError
     Ok(rest.iter().fold(first.clone(), |sum, part| sum.with(part)))
 }
 
-/// Share of the blocks of a run that are only learned from.
-const LEARNED_FROM: f64 = 0.4;
-
 /// The moments that a block is predicted from: those of all other runs, and of its own run of the
 /// blocks before. A live device comes after its training, too. None for the first blocks of a
 /// run; a run that is one block is predicted from the others.
@@ -392,13 +401,13 @@ pub(super) fn known_before(
     blocks: &[Block],
     parts: &[Moments],
     all: &Moments,
-    number: usize,
+    (number, learned_from): (usize, f64),
 ) -> Option<Moments> {
     let run = blocks[number].run;
     let own: Vec<usize> = (0..blocks.len())
         .filter(|at| blocks[*at].run == run)
         .collect();
-    let first = (LEARNED_FROM * own.len() as f64) as usize;
+    let first = (learned_from * own.len() as f64) as usize;
     if own.len() > 1 && own[..first.max(1)].contains(&number) {
         return None;
     }
@@ -417,7 +426,8 @@ fn fit(
     let all = moments_of_all(&parts)?;
     let mut held_out = HeldOutForce::default();
     for (number, block) in blocks.iter().enumerate() {
-        let Some(known) = known_before(&blocks, &parts, &all, number) else {
+        let Some(known) = known_before(&blocks, &parts, &all, (number, options.learned_from))
+        else {
             continue;
         };
         map.ridge = options.ridge(&known, map)?;

@@ -16,7 +16,7 @@ const FEWEST: usize = 4;
 /// blocks of one run resemble each other more than the next run does. Of the public recordings
 /// another run has up to 3 times the deviation.
 const BLOCKS: usize = 5;
-const OF_ONE_RUN: f64 = 3.0;
+pub(super) const OF_ONE_RUN: f64 = 3.0;
 
 /// The relation of the channels of `runs`, rows of readings each, `tared` or as they come.
 /// Deviation and largest misfit are those of runs, or blocks of the only one, that are held out.

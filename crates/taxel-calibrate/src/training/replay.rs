@@ -62,7 +62,8 @@ impl Live<'_> {
             .par_iter()
             .enumerate()
             .filter_map(|(number, block)| {
-                Some((block, known_before(&blocks, &parts, &all, number)?))
+                let known = (number, options.learned_from);
+                Some((block, known_before(&blocks, &parts, &all, known)?))
             })
             .map(|(block, known)| {
                 let ridge = options.ridge(&known, form)?;
