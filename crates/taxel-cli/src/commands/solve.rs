@@ -81,19 +81,7 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
             effort.most
         );
     }
-    let inside_out = body.inside_out();
-    if !inside_out.is_empty() {
-        let steps: Vec<String> = inside_out.iter().map(usize::to_string).collect();
-        note!(
-            "note: after step {} a cell is inside out between its points of integration (least_volume_ratio), and forces are not to be trusted there; larger cells or a rounder edge help, and solver.whole_cells = true refuses such a state",
-            steps.join(", ")
-        );
-    }
-    for name in body.untouched() {
-        note!(
-            "note: \"{name}\" touched nothing at the end of any step: its place, direction or way may be wrong"
-        );
-    }
+    notes_of_steps(&body);
     let about = about(&named, &body);
     let answer = table::render(
         arguments.format.into(),
@@ -119,6 +107,23 @@ pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
             Ok(Done::WithLosses)
         }
         Way::Failed(message) => Err(Stop::Failed(message)),
+    }
+}
+
+/// Says what the steps have shown of the problem.
+fn notes_of_steps(body: &Body) {
+    let inside_out = body.inside_out();
+    if !inside_out.is_empty() {
+        let steps: Vec<String> = inside_out.iter().map(usize::to_string).collect();
+        note!(
+            "note: after step {} a cell is inside out between its points of integration (least_volume_ratio), and forces are not to be trusted there; larger cells or a rounder edge help, and solver.whole_cells = true refuses such a state",
+            steps.join(", ")
+        );
+    }
+    for name in body.untouched() {
+        note!(
+            "note: \"{name}\" touched nothing at the end of any step: its place, direction or way may be wrong"
+        );
     }
 }
 

@@ -2,7 +2,8 @@
 //! residual and a substitution, a third of one with a new tangent in the plane, a fourth to a
 //! seventh in space.
 
-use super::newton::{Change, Solver, at_floor};
+use super::newton::{Change, Solver, at_floor, converged};
+use super::settings::Step;
 use super::small::dot;
 use crate::assembly::state::State;
 use crate::assembly::system::Assembled;
@@ -16,6 +17,14 @@ const CHANGES: [f64; 2] = [3.0, 4.0];
 /// times less.
 const SLOWER: f64 = 2.0;
 
+/// An iteration keeps its tangent once its energy norm has fallen to this share in one change: in
+/// the second change of a step, whose first follows the load, and in a later one.
+const NEAR: [f64; 2] = [0.01, 0.1];
+
+/// With a tangent that is kept it ends at this share of its tolerance: as near as the square of a
+/// last change comes.
+const CLOSER: f64 = 1e-4;
+
 /// An equilibrium, and how it was found.
 pub(super) struct Found {
     pub(super) state: State,
@@ -24,6 +33,15 @@ pub(super) struct Found {
     pub(super) iterations: usize,
     /// Iterations that made a new tangent.
     pub(super) tangents: usize,
+}
+
+/// True where the changes to come are foreseen to fall fast with the present tangent.
+fn is_near(energies: &[f64]) -> bool {
+    match energies {
+        [first, second] => *second <= NEAR[0] * first,
+        [.., before, last] => *last <= NEAR[1] * before,
+        _ => false,
+    }
 }
 
 impl Found {
@@ -53,6 +71,33 @@ impl Solver {
             && state.memory.histories.is_empty()
             && self.problem.rules().iter().all(|rule| *rule == Rule::Given)
             && state.parameters == targets
+    }
+
+    /// Ends an iteration of Newton's method that has come near, with the tangent of its last change,
+    /// which was positive; none, and nothing done, where that does not converge. `goal` is the energy
+    /// norm at which Newton's method ends.
+    pub(super) fn finish(
+        &mut self,
+        trial: &mut State,
+        targets: &[f64],
+        energies: &mut Vec<f64>,
+        goal: f64,
+    ) -> Option<Step> {
+        if !is_near(energies) || !self.keeps_factor(trial, targets) {
+            return None;
+        }
+        let iteration = energies.len();
+        let kept = energies.last().copied();
+        let found = self.chords(trial.clone(), kept, CLOSER * goal)?;
+        energies.truncate(iteration - usize::from(found.tangents == 0));
+        energies.extend(&found.energies);
+        let step = Step {
+            iterations: iteration + found.iterations,
+            before_rounds: iteration + found.like_newton(goal),
+            ..converged(iteration, Definiteness::Positive, energies)
+        };
+        *trial = found.state;
+        Some(step)
     }
 
     /// Iterates with a factor that is renewed only where convergence is slow, until less than `goal`

@@ -35,14 +35,6 @@ const MISSED_FOR: usize = 4;
 /// An iteration whose energy has grown so many times over that of the step is lost.
 const LOST: f64 = 10.0;
 
-/// An iteration keeps its tangent once its energy norm has fallen to this share in one change: in
-/// the second change of a step, whose first follows the load, and in a later one.
-const NEAR: [f64; 2] = [0.01, 0.1];
-
-/// With a tangent that is kept it ends at this share of its tolerance: as near as the square of a
-/// last change comes.
-const CLOSER: f64 = 1e-4;
-
 /// Least share of a change that is tried where the whole one turns a cell inside out.
 const SHORTEST: f64 = 0.03;
 
@@ -426,22 +418,11 @@ impl Solver {
                 self.scale = first.max(0.3 * self.scale);
                 return Ok(converged(iteration, definiteness, &energies));
             }
-            if is_near(&energies)
-                && end == End::Exact
-                && length == 1.0
+            let may = end == End::Exact && length == 1.0 && assembled.unsymmetric.is_empty();
+            if may
                 && definiteness == Definiteness::Positive
-                && assembled.unsymmetric.is_empty()
-                && self.keeps_factor(trial, targets)
-                && let Some(found) = self.chords(trial.clone(), Some(energy), CLOSER * goal)
+                && let Some(step) = self.finish(trial, targets, &mut energies, goal)
             {
-                energies.truncate(iteration - usize::from(found.tangents == 0));
-                energies.extend(&found.energies);
-                let step = Step {
-                    iterations: iteration + found.iterations,
-                    before_rounds: iteration + found.like_newton(goal),
-                    ..converged(iteration, definiteness, &energies)
-                };
-                *trial = found.state;
                 if !self.may_hop(trial) {
                     self.scale = first.max(0.3 * self.scale);
                     return Ok(step);
@@ -657,16 +638,7 @@ pub(super) enum End {
     Nearer,
 }
 
-/// True where the changes to come are foreseen to fall fast with the present tangent.
-fn is_near(energies: &[f64]) -> bool {
-    match energies {
-        [first, second] => *second <= NEAR[0] * first,
-        [.., before, last] => *last <= NEAR[1] * before,
-        _ => false,
-    }
-}
-
-fn converged(iterations: usize, definiteness: Definiteness, energies: &[f64]) -> Step {
+pub(super) fn converged(iterations: usize, definiteness: Definiteness, energies: &[f64]) -> Step {
     Step {
         iterations,
         before_rounds: iterations,

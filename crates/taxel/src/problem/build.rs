@@ -149,6 +149,21 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     })
 }
 
+/// The overlap that a contact accepts, m: at most a side of a cell.
+fn overlap(given: Option<f64>, side: f64, key: &str) -> Result<f64, Wrong> {
+    let overlap = given.unwrap_or(OVERLAP * side);
+    if overlap <= side {
+        return Ok(overlap);
+    }
+    let message = format!(
+        "{:.4} mm is more than the mean side of a cell there, {:.4} mm",
+        1e3 * overlap,
+        1e3 * side
+    );
+    let help = "leave it out, or give a small share of that side";
+    Err(wrong(format!("{key}.overlap"), message, help))
+}
+
 /// A note of parts that hang together by a point.
 fn hinge(mesh: &Mesh) -> Option<String> {
     let hinges = hinges(mesh);
@@ -299,7 +314,10 @@ impl Builder<'_> {
         let mut message = error.to_string();
         if message.contains(" component ") && self.axes != [0, 1, 2][..self.axes.len()] {
             let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
-            message += &format!(" (the components are those along {})", axes.join(" and "));
+            message = format!(
+                "{message} (the components are those along {})",
+                axes.join(" and ")
+            );
         }
         match error {
             Error::Unstable { region, .. } => {
@@ -509,21 +527,6 @@ impl Builder<'_> {
         let help =
             "name an outer surface; for a slit or a cavity there, part the cells in the mesh";
         Err(wrong(key, message, help))
-    }
-
-    /// The overlap that a contact accepts, m: at most a side of a cell.
-    fn overlap(&self, given: Option<f64>, side: f64, key: &str) -> Result<f64, Wrong> {
-        let overlap = given.unwrap_or(OVERLAP * side);
-        if overlap <= side {
-            return Ok(overlap);
-        }
-        let message = format!(
-            "{:.4} mm is more than the mean side of a cell there, {:.4} mm",
-            1e3 * overlap,
-            1e3 * side
-        );
-        let help = "leave it out, or give a small share of that side";
-        Err(wrong(format!("{key}.overlap"), message, help))
     }
 
     fn unknown_group(&self, name: &str, key: &str) -> Wrong {
@@ -956,7 +959,7 @@ impl Builder<'_> {
                     travel,
                     stiffness: STIFFNESS * stiffest / side,
                     friction: obstacle.friction,
-                    overlap_limit: self.overlap(obstacle.overlap, side, &key)?,
+                    overlap_limit: overlap(obstacle.overlap, side, &key)?,
                 }));
         }
         Ok(())
@@ -997,7 +1000,7 @@ impl Builder<'_> {
             let side = self.mesh().mean_side(&surfaces[1]);
             let mut pair = solid::SurfacePair::new(self.mesh(), surfaces, modulus);
             pair.friction = contact.friction;
-            pair.overlap_limit = self.overlap(contact.overlap, side, &key)?;
+            pair.overlap_limit = overlap(contact.overlap, side, &key)?;
             pair.reach = contact.reach.unwrap_or(pair.reach);
             self.problem.contacts.push(Contact::Surfaces(pair));
         }

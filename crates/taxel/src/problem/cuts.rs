@@ -64,16 +64,18 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
+/// The node that stands for all that a node is connected with.
+fn find(root: &mut [u32], mut node: u32) -> u32 {
+    while root[node as usize] != node {
+        root[node as usize] = root[root[node as usize] as usize];
+        node = root[node as usize];
+    }
+    node
+}
+
 /// True if cells of these regions lead from one group of nodes to another over common nodes.
 pub(super) fn connected(mesh: &Mesh, regions: &[&str], from: &[u32], to: &[u32]) -> bool {
     let mut root: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    fn find(root: &mut [u32], mut node: u32) -> u32 {
-        while root[node as usize] != node {
-            root[node as usize] = root[root[node as usize] as usize];
-            node = root[node as usize];
-        }
-        node
-    }
     for cell in 0..mesh.cell_count() {
         if regions.contains(&mesh.regions[mesh.region_of(cell)].as_str()) {
             let nodes = mesh.cell(cell);
