@@ -1,6 +1,7 @@
 //! Problem files: the shipped ones are solved, mistakes are shown under the word, failures by
 //! their cause.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::too_many_lines, reason = "a table of mistakes is read as one")]
 
 use taxel::problem::{Body, Ended, ProblemFile};
 use taxel::table::Cell;
