@@ -4,6 +4,7 @@
 mod force;
 mod place;
 mod plausible;
+mod presses;
 mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};

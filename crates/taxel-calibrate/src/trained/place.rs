@@ -1,11 +1,13 @@
 //! Which runs determine positions, and the map of the position.
 
+use super::presses::{Presses, SAME};
 use super::readings::Run;
 use super::{compared, failed};
-use crate::loads::{range, span};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
-use crate::training::{Compared, HELD_OUT, PositionOptions, compared_places, trained_position};
+use crate::training::{
+    Compared, PositionOptions, Split, compared_places, for_the_next_run, trained_position,
+};
 use taxel::estimation::TrainedArea;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::PositionMap;
@@ -13,28 +15,7 @@ use taxel_recording::InputError;
 
 /// A run of fewer distinct places has none to learn.
 const PLACES: usize = 9;
-/// Places this near are one, m.
-const SAME: f64 = 1e-4;
-/// A run of places is of one depth when its height changes by less than this
-/// share of its way.
-const ONE_DEPTH: f64 = 0.05;
-/// Where forces show the depth, indentations above this share of the peak count.
-const PRESSED: f64 = 0.5;
-/// The last quarter is held out unless more than this share of it presses
-/// beyond the rest, where nothing could predict it.
-const BEYOND_REST: f64 = 0.1;
-/// Presses may reach this much beyond the area, as a share of it.
-const BEYOND: f64 = 0.05;
 const MILLIMETRES: f64 = 1e3;
-
-/// Frames with their places in the order of runs and time.
-#[derive(Default)]
-struct Presses {
-    frames: Vec<Vec<f64>>,
-    /// x, y and the depth, m.
-    places: Vec<[f64; 3]>,
-    times: Vec<f64>,
-}
 
 /// The map of the position, where runs determine one.
 pub(super) fn train(
@@ -42,30 +23,33 @@ pub(super) fn train(
     area: &TrainedArea,
     found: &mut Outcome,
 ) -> Result<Option<PositionMap>, InputError> {
-    let mut presses = Presses::default();
-    let mut name = "";
-    for run in runs.iter().filter(|run| run.placed && has_places(run)) {
-        name = &run.name;
-        presses.add(run);
-    }
-    if presses.frames.is_empty() {
+    let placed = runs.iter().filter(|run| run.placed && has_places(run));
+    let placed: Vec<&Run> = placed.collect();
+    let Some(name) = placed.last().map(|run| run.name.as_str()) else {
+        return Ok(None);
+    };
+    let mut presses = Presses::of(&placed, &mut found.remarks);
+    if presses.count() < PLACES {
+        found.remarks.push(Remark::whole(format!(
+            "place: {} presses show no place; at least {PLACES} all over the area are needed",
+            presses.count()
+        )));
         return Ok(None);
     }
     found.remarks.push(presses.move_to(area, name)?);
-    let in_time = presses.last_within_rest();
-    if !in_time {
-        presses.every_fourth_last();
-    }
-    let deep = !presses.one_depth();
-    let candidates = candidates(deep);
+    let (splits, held, whole_runs) = presses.splits();
+    let deep = presses.rows.by_force || !presses.one_depth();
+    let candidates = candidates(deep, &presses, whole_runs);
     let failed = |error| failed(name, &error);
-    let (map, tried, best) =
-        trained_position(&presses.frames, &presses.places, &candidates).map_err(failed)?;
+    let (mut map, tried, best) =
+        trained_position(&presses.rows, &splits, &candidates).map_err(failed)?;
     let held_out = &tried[best];
-    let mut all = compared_places(&presses.frames, &presses.places).map_err(failed)?;
+    let last = splits.last().cloned().unwrap_or_default();
+    let [train, test] = [&last.train, &last.test].map(|rows| presses.rows.taken(rows));
+    let mut all = compared_places(&train, &test).map_err(failed)?;
     all.push(Compared {
         name: String::from(SURFACE),
-        score: held_out.score,
+        score: held_out.last_score(),
     });
     found.remarks.push(why(&all));
     found
@@ -101,13 +85,37 @@ pub(super) fn train(
             100.0 * depth.coverage
         )));
     }
-    found.held_out = String::from(if in_time {
-        "the last 25 % of the presses in time"
-    } else {
-        "every fourth press, since the last 25 % in time press where none did before"
-    });
-    report(&presses, &held_out.estimates, found, &map);
+    let within = presses.last_of_each();
+    let runs = whole_runs.then_some((held_out, &within));
+    let wider = for_the_next_run(&mut map, &presses.rows, *options, runs, &presses.empty());
+    found.remarks.push(for_which_run(
+        placed.len(),
+        whole_runs,
+        wider.map_err(failed)?,
+    ));
+    found.held_out = String::from(held);
+    report(&presses, &splits, &held_out.estimates(), found, &map);
     Ok(Some(map))
+}
+
+/// What the intervals are for.
+fn for_which_run(runs: usize, whole_runs: bool, wider: f64) -> Remark {
+    Remark::whole(if whole_runs {
+        format!(
+            "place: the held-out errors are those of whole runs by maps of the others; the intervals are for the next run, \
+             {wider:.2} times as wide as for more of these {runs}"
+        )
+    } else {
+        format!(
+            "place: {} how runs differ, and the held-out errors hold for more of the same. The intervals are for the next run: \
+             with a difference of 1 % in gain, as is usual, they are {wider:.2} times as wide as for more of the same",
+            if runs == 1 {
+                "one run does not show"
+            } else {
+                "runs that press at different places do not show"
+            }
+        )
+    })
 }
 
 fn has_places(run: &Run) -> bool {
@@ -126,20 +134,33 @@ fn has_places(run: &Run) -> bool {
 /// Name of the map that is kept.
 const SURFACE: &str = "inverted surface";
 
-/// Surfaces that are tried.
-fn candidates(deep: bool) -> Vec<PositionOptions> {
-    let mut all = Vec::new();
+/// Surfaces that are tried: which presses of a run count less is not asked of several runs.
+fn candidates(deep: bool, presses: &Presses, whole_runs: bool) -> Vec<PositionOptions> {
+    let of_all = |options: &PositionOptions| {
+        !whole_runs || (options.run_in == 0.0 && options.fading.is_infinite())
+    };
     if !deep {
-        return PositionOptions::of_one_depth();
+        return PositionOptions::of_one_depth()
+            .into_iter()
+            .filter(of_all)
+            .collect();
     }
+    // The force spreads the rows of each press over the depth: few presses have many.
+    let by_force = presses.rows.by_force;
+    let (spacings, smoothings): (&[f64], &[f64]) = match (by_force, presses.rows.on_a_grid()) {
+        (true, false) => (&[0.25, 0.5, 1.0], &[1e-4, 1e-3, 1e-2]),
+        (true, true) => (&[1.5, 2.0, 2.5], &[1e-4, 1e-3, 1e-2]),
+        (false, _) => (&[1.5, 2.0, 2.5], &[0.03, 0.1, 0.3]),
+    };
+    let mut all = Vec::new();
     for run_in in [0.0, 0.5] {
-        for spacing in [1.5, 2.0, 2.5] {
+        for spacing in spacings {
             for depths in [1, 2] {
-                for smoothing in [0.03, 0.1, 0.3] {
+                for smoothing in smoothings {
                     all.push(PositionOptions {
-                        smoothing,
+                        smoothing: *smoothing,
                         run_in,
-                        spacing,
+                        spacing: *spacing,
                         depths,
                         ..PositionOptions::default()
                     });
@@ -147,7 +168,7 @@ fn candidates(deep: bool) -> Vec<PositionOptions> {
             }
         }
     }
-    all
+    all.into_iter().filter(of_all).collect()
 }
 
 /// Why the surface is kept, or what would have been better.
@@ -177,103 +198,21 @@ fn why(all: &[Compared]) -> Remark {
     })
 }
 
-impl Presses {
-    fn add(&mut self, run: &Run) {
-        let session = &run.session;
-        let reach = session.sensor.longest_step();
-        let least = PRESSED * session.peak_force();
-        let pressed = |time: f64| match &session.force {
-            Some(force) => force.at(time, reach).is_some_and(|f| f[0] > least),
-            None => true,
-        };
-        for (time, row) in session.place.times().iter().zip(session.place.rows()) {
-            if let Some(frame) = session.sensor.at(*time, reach).filter(|_| pressed(*time)) {
-                self.frames.push(frame);
-                self.places.push([row[0], row[1], row[2]]);
-                self.times.push(*time);
-            }
-        }
-    }
-
-    /// True if the depth of the presses changes by less than a share of their way.
-    fn one_depth(&self) -> bool {
-        let [x, y, z] = [0, 1, 2].map(|axis| span(self.places.iter().map(|place| place[axis])));
-        z <= ONE_DEPTH * x.max(y)
-    }
-
-    /// True if the presses that are held out in time lie among those before.
-    fn last_within_rest(&self) -> bool {
-        let begin = ((1.0 - HELD_OUT) * self.places.len() as f64) as usize;
-        let (rest, last) = self.places.split_at(begin);
-        let ends = [0, 1].map(|axis| ends(rest, axis));
-        let beyond = |place: &&[f64; 3]| {
-            (0..2).any(|axis| {
-                let [low, high] = ends[axis];
-                place[axis] < low - SAME || place[axis] > high + SAME
-            })
-        };
-        last.iter().filter(beyond).count() as f64 <= BEYOND_REST * last.len() as f64
-    }
-
-    /// Moves every fourth press to the end, where it is held out.
-    fn every_fourth_last(&mut self) {
-        let of_time = 0..self.places.len();
-        let (last, first): (Vec<usize>, Vec<usize>) = of_time.partition(|row| row % 4 == 3);
-        let order = [first, last].concat();
-        self.frames = order.iter().map(|row| self.frames[*row].clone()).collect();
-        self.places = order.iter().map(|row| self.places[*row]).collect();
-        self.times = order.iter().map(|row| self.times[*row]).collect();
-    }
-
-    /// Brings places of the stage onto the area: as they are where all lie on
-    /// it, else with the middle of the presses in its middle.
-    fn move_to(&mut self, area: &TrainedArea, name: &str) -> Result<Remark, InputError> {
-        let half = area.half_sides();
-        let ends = [0, 1].map(|axis| ends(&self.places, axis));
-        let inside = |axis: usize| {
-            let most = half[axis] * (1.0 + BEYOND);
-            ends[axis].iter().all(|end| end.abs() <= most)
-        };
-        if inside(0) && inside(1) {
-            return Ok(Remark::whole(
-                "place: x and y count from the middle of the area, as given",
-            ));
-        }
-        let middle = ends.map(|[low, high]| 0.5 * (low + high));
-        for axis in 0..2 {
-            let span = ends[axis][1] - ends[axis][0];
-            if span > 2.0 * half[axis] * (1.0 + BEYOND) {
-                let message = format!(
-                    "the presses span {:.2} mm, the area of the sensor file has {:.2} mm",
-                    span * MILLIMETRES,
-                    2.0 * half[axis] * MILLIMETRES
-                );
-                return Err(InputError::whole(name, message)
-                    .key(["x", "y"][axis])
-                    .help("check the unit, or give the sensor file more rows or columns"));
-            }
-        }
-        for place in &mut self.places {
-            *place = [place[0] - middle[0], place[1] - middle[1], place[2]];
-        }
-        Ok(Remark::whole(format!(
-            "place: the middle of the presses, x = {:.3} mm and y = {:.3} mm of the stage, is taken as the middle of the area",
-            middle[0] * MILLIMETRES,
-            middle[1] * MILLIMETRES
-        )))
-    }
-}
-
-/// Least and largest coordinate.
-fn ends(places: &[[f64; 3]], axis: usize) -> [f64; 2] {
-    range(places.iter().map(|place| place[axis]))
-}
-
 /// Residuals, ranges and figures.
-fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &PositionMap) {
-    let begin = presses.places.len() - estimates.len();
-    let truth = &presses.places[begin..];
-    let axes = if map.surface.is_deep() { 3 } else { 2 };
+fn report(
+    presses: &Presses,
+    splits: &[Split],
+    estimates: &[[f64; 3]],
+    found: &mut Outcome,
+    map: &PositionMap,
+) {
+    let rows: Vec<usize> = splits.iter().flat_map(|split| split.test.clone()).collect();
+    let truth: Vec<[f64; 3]> = rows.iter().map(|row| presses.rows.places[*row]).collect();
+    let axes = if map.surface.is_deep() && !map.by_force {
+        3
+    } else {
+        2
+    };
     let names = [
         ("place.x", "surface, x"),
         ("place.y", "surface, y"),
@@ -282,7 +221,7 @@ fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &
     for (axis, (name, model)) in names.into_iter().enumerate().take(axes) {
         let errors: Vec<f64> = estimates
             .iter()
-            .zip(truth)
+            .zip(&truth)
             .map(|(e, t)| e[axis] - t[axis])
             .collect();
         let [low, high] = map.surface.range(axis);
@@ -302,14 +241,15 @@ fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &
         });
     }
     found.search = format!(
-        "{} presses, {} channels in use",
-        presses.places.len(),
+        "{} presses in {} rows, {} channels in use",
+        presses.count(),
+        presses.rows.frames.len(),
         map.surface.width
     );
     let start = presses.times.iter().copied().fold(f64::INFINITY, f64::min);
     let chart = |axis: usize| {
         let points = |of: &[[f64; 3]]| {
-            let times = presses.times[begin..].iter();
+            let times = rows.iter().map(|row| presses.times[*row]);
             times
                 .zip(of)
                 .map(|(t, p)| [t - start, p[axis] * MILLIMETRES])
@@ -320,7 +260,7 @@ fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &
             x: Axis::new("time", "s"),
             y: Axis::new(["x", "y", "depth"][axis], "mm"),
             series: vec![
-                Curve::new("truth", points(truth), Style::Line),
+                Curve::new("truth", points(&truth), Style::Line),
                 Curve::new("estimate", points(estimates), Style::Marks),
             ],
         }
@@ -328,6 +268,6 @@ fn report(presses: &Presses, estimates: &[[f64; 3]], found: &mut Outcome, map: &
     found.figures.push(Figure {
         title: "Place of held-out presses".into(),
         charts: (0..axes).map(chart).collect(),
-        caption: "Estimates of a map that was trained on the other presses.".into(),
+        caption: "Estimates of maps that were trained on other presses.".into(),
     });
 }

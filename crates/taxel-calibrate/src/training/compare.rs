@@ -5,7 +5,7 @@ use taxel::trained::{
 };
 
 use super::network::Network;
-use super::{Nearest, Score, Session, interval_factor};
+use super::{Nearest, PlacedRows, Score, Session, interval_factor};
 
 /// A map beside others, with its held-out score.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,29 +31,32 @@ const LENGTH_ROWS: usize = 200;
 const SEED: u64 = 1;
 
 /// Rows that train and rows that test.
-struct Split<'a> {
+struct Parts<'a> {
     frames: &'a [Vec<f64>],
     targets: &'a [Vec<f64>],
     tests: &'a [Vec<f64>],
     truth: &'a [Vec<f64>],
 }
 
-/// The yardsticks of a place: the last quarter of the frames tests those that
-/// the rows before it trained.
+/// The yardsticks of a place: rows test those that the others trained.
 ///
 /// # Errors
 /// [`TrainingError`].
-pub fn compared_places(
-    frames: &[Vec<f64>],
-    places: &[[f64; 3]],
+pub(crate) fn compared_places(
+    train: &PlacedRows,
+    test: &PlacedRows,
 ) -> Result<Vec<Compared>, TrainingError> {
-    let targets: Vec<Vec<f64>> = places.iter().map(|place| place[..2].to_vec()).collect();
-    let begin = frames.len() * 3 / 4;
-    Split {
-        frames: &frames[..begin],
-        targets: &targets[..begin],
-        tests: &frames[begin..],
-        truth: &targets[begin..],
+    let targets = |rows: &PlacedRows| -> Vec<Vec<f64>> {
+        rows.places
+            .iter()
+            .map(|place| place[..2].to_vec())
+            .collect()
+    };
+    Parts {
+        frames: &train.frames,
+        targets: &targets(train),
+        tests: &test.frames,
+        truth: &targets(test),
     }
     .all(&[1, 2, 3])
 }
@@ -86,7 +89,7 @@ pub fn compared_forces(runs: &[Session], offset: f64) -> Result<Vec<Compared>, T
     if begin == 0 {
         begin = frames.len() * 3 / 4;
     }
-    Split {
+    Parts {
         frames: &frames[..begin],
         targets: &forces[..begin],
         tests: &frames[begin..],
@@ -95,7 +98,7 @@ pub fn compared_forces(runs: &[Session], offset: f64) -> Result<Vec<Compared>, T
     .all(&[])
 }
 
-impl Split<'_> {
+impl Parts<'_> {
     fn all(&self, degrees: &[u8]) -> Result<Vec<Compared>, TrainingError> {
         let standard = Standard::of(self.frames)?;
         let scaled = |rows: &[Vec<f64>]| -> Result<Vec<Vec<f64>>, TrainingError> {

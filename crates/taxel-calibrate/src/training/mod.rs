@@ -21,11 +21,12 @@ mod session;
 
 pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use compare::{Compared, compared_forces, compared_places};
+pub(crate) use compare::compared_places;
+pub use compare::{Compared, compared_forces};
 pub use components::{TrainedComponent, trained_components};
 pub use force::{ForceOptions, HeldOutForce, TrainingRun, features_of, train_force};
 pub use nearest::Nearest;
-pub(crate) use position::{HELD_OUT, trained_position};
+pub(crate) use position::{PlacedRows, Split, for_the_next_run, trained_position};
 pub use position::{PositionOptions, train_position};
 pub(crate) use relation::trained_relation;
 pub(crate) use replay::REST_FRAMES;

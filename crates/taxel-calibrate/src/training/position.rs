@@ -4,17 +4,18 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 use taxel::trained::{PositionEstimator, PositionMap, Standard, Surface, TrainingError, whiten};
 
-use super::{Score, interval_factor};
+use super::{NORMAL_95, Score, interval_factor};
+use taxel_numerics::least_squares::student_quantile;
 
 /// Candidate: the form of a position map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionOptions {
     /// Smoothing of the surface along the plane (see [`Surface::fit`]); default 1e-4.
     pub smoothing: f64,
-    /// Share of the rows that is left out at the beginning: a new body
+    /// Share of the presses that is left out at the beginning: a new body
     /// settles in its first presses; default none.
     pub run_in: f64,
-    /// Share of the rows over which the weight of a row falls to 1/e of that of the last: a body
+    /// Share of the presses over which the weight of a press falls to 1/e of that of the last: a body
     /// that drifts is best known by its newest presses; default infinite, all count the same.
     pub fading: f64,
     /// Length of an interval of the surface over the spacing of the positions; default 1.
@@ -55,26 +56,165 @@ impl PositionOptions {
     }
 }
 
-/// Estimates of a map for the rows that it has not seen.
+/// Rows of presses with their places, in the order of runs and time.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PlacedRows {
+    /// Readings of all channels.
+    pub(crate) frames: Vec<Vec<f64>>,
+    /// x, y (m) and the depth (m) or the force (N) of each row.
+    pub(crate) places: Vec<[f64; 3]>,
+    /// Number of the press of each row; the rows of one press follow each other.
+    pub(crate) presses: Vec<usize>,
+    /// True if the third of the places is a force.
+    pub(crate) by_force: bool,
+}
+
+impl PlacedRows {
+    /// Rows of one press each, of one depth.
+    fn of_single(frames: &[Vec<f64>], places: &[[f64; 2]]) -> Self {
+        Self {
+            frames: frames.to_vec(),
+            places: places.iter().map(|[x, y]| [*x, *y, 0.0]).collect(),
+            presses: (0..frames.len()).collect(),
+            by_force: false,
+        }
+    }
+
+    /// Some of the rows.
+    pub(crate) fn taken(&self, rows: &[usize]) -> Self {
+        Self {
+            frames: rows.iter().map(|row| self.frames[*row].clone()).collect(),
+            places: rows.iter().map(|row| self.places[*row]).collect(),
+            presses: rows.iter().map(|row| self.presses[*row]).collect(),
+            by_force: self.by_force,
+        }
+    }
+
+    /// True if the places lie on a grid.
+    pub(crate) fn on_a_grid(&self) -> bool {
+        grid(&self.places, self.of_presses().len()).is_some()
+    }
+
+    /// Rows of each press.
+    pub(crate) fn of_presses(&self) -> Vec<std::ops::Range<usize>> {
+        let mut all: Vec<std::ops::Range<usize>> = Vec::new();
+        for (row, press) in self.presses.iter().enumerate() {
+            match all.last_mut() {
+                Some(last) if self.presses[last.start] == *press => last.end = row + 1,
+                _ => all.push(row..row + 1),
+            }
+        }
+        all
+    }
+}
+
+/// Rows that train and rows that test.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Split {
+    pub(crate) train: Vec<usize>,
+    pub(crate) test: Vec<usize>,
+}
+
+impl Split {
+    /// The rows of the last presses test those before.
+    pub(crate) fn last(presses: &[std::ops::Range<usize>], rows: usize) -> Self {
+        let begin = ((1.0 - HELD_OUT) * presses.len() as f64) as usize;
+        let begin = presses.get(begin).map_or(rows, |press| press.start);
+        Self {
+            train: (0..begin).collect(),
+            test: (begin..rows).collect(),
+        }
+    }
+}
+
+/// Errors with the deviations that a map gives them.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Judged {
+    errors: Vec<f64>,
+    deviations: Vec<f64>,
+}
+
+impl Judged {
+    fn push(&mut self, error: f64, deviation: f64) {
+        self.errors.push(error);
+        self.deviations.push(deviation);
+    }
+
+    fn join<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut all = Self::default();
+        for part in parts {
+            all.errors.extend(&part.errors);
+            all.deviations.extend(&part.deviations);
+        }
+        all
+    }
+
+    fn factor(&self) -> f64 {
+        interval_factor(&self.errors, &self.deviations)
+    }
+
+    fn score(&self, factor: f64) -> Score {
+        let deviations: Vec<f64> = self.deviations.iter().map(|d| factor * d).collect();
+        Score::of(&self.errors, &deviations)
+    }
+}
+
+/// What a map makes of the rows of one split that it has not seen.
+#[derive(Debug, Clone, PartialEq)]
+struct Part {
+    map: PositionMap,
+    /// Of x and y together, and of the depth.
+    judged: [Judged; 2],
+    estimates: Vec<[f64; 3]>,
+    misfit: f64,
+}
+
+/// Estimates of the maps of an option for the rows that they have not seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOutPlaces {
-    /// Score along x and y, with the deviations that the map gives.
+    /// Score along x and y, with deviations that hold 95 % of the errors.
     pub(crate) score: Score,
     /// Score of the depth, where it was learned.
     pub(crate) depth_score: Option<Score>,
-    /// Estimated places and depths, m.
-    pub(crate) estimates: Vec<[f64; 3]>,
-    factor: f64,
-    depth_factor: f64,
-    misfit: f64,
-    map: PositionMap,
+    /// Factors on the deviations of the plane and of the depth.
+    factors: [f64; 2],
+    parts: Vec<Part>,
 }
 
 impl HeldOutPlaces {
+    fn of(parts: Vec<Part>) -> Self {
+        let [plane, depth] = [0, 1].map(|of| Judged::join(parts.iter().map(|p| &p.judged[of])));
+        let factors = [plane.factor(), depth.factor()];
+        Self {
+            score: plane.score(factors[0]),
+            depth_score: (!depth.errors.is_empty()).then(|| depth.score(factors[1])),
+            factors,
+            parts,
+        }
+    }
+
     /// Mean logarithm of the density of a held-out press.
     pub(crate) fn likelihood(&self) -> f64 {
         let depth = self.depth_score.map_or(0.0, |score| score.log_likelihood);
         2.0 * self.score.log_likelihood + depth
+    }
+
+    /// Estimated places and depths, m, split by split.
+    pub(crate) fn estimates(&self) -> Vec<[f64; 3]> {
+        let parts = self.parts.iter();
+        parts.flat_map(|part| part.estimates.clone()).collect()
+    }
+
+    /// Score along x and y of the last split, by which other maps are judged.
+    pub(crate) fn last_score(&self) -> Score {
+        let last = self.parts.last().map(|part| &part.judged[0]);
+        let last = last.cloned().unwrap_or_default();
+        last.score(last.factor())
+    }
+
+    /// Factors of each split by itself: those of the plane, and those of the depth.
+    fn of_splits(&self) -> [Vec<f64>; 2] {
+        [0, 1].map(|of| self.parts.iter().map(|p| p.judged[of].factor()).collect())
     }
 }
 
@@ -89,9 +229,17 @@ const FADING: f64 = 1.0 / 3.0;
 /// Smoothing along the depth, where readings bend little.
 const DEPTH_SMOOTHING: f64 = 1e-3;
 
-/// Trains on frames in the order of time with the place of each (m), with
+/// Gain by which bodies usually differ from run to run, and degrees of freedom of that guess, as of
+/// forces.
+const USUAL_GAIN: f64 = 0.01;
+const USUAL_DEGREES: usize = 2;
+/// Rows from which the effect of that gain is taken.
+const GAIN_ROWS: usize = 500;
+
+/// Trains on frames in the order of time with the place of each (m), one row for each press, with
 /// that of `candidates` which best predicts the last quarter from the
-/// rows before it. Returns the map and the score of each candidate there.
+/// rows before it. The intervals are those of the run. Returns the map and the score of each
+/// candidate there.
 ///
 /// # Errors
 /// [`TrainingError`].
@@ -100,25 +248,22 @@ pub fn train_position(
     places: &[[f64; 2]],
     candidates: &[PositionOptions],
 ) -> Result<(PositionMap, Vec<Score>), TrainingError> {
-    let places: Vec<[f64; 3]> = places.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
-    let (map, tried, _) = trained_position(frames, &places, candidates)?;
+    let rows = PlacedRows::of_single(frames, places);
+    let split = Split::last(&rows.of_presses(), frames.len());
+    let (map, tried, _) = trained_position(&rows, &[split], candidates)?;
     Ok((map, tried.iter().map(|one| one.score).collect()))
 }
 
-/// The same for places with their depth (x, y, z in m), with all candidates and the number of
-/// the one that was chosen.
+/// The same for any rows and splits of them, with all candidates and the number of
+/// the one that was chosen. The deviations of the map hold 95 % of the errors of the held-out rows.
 pub(crate) fn trained_position(
-    frames: &[Vec<f64>],
-    places: &[[f64; 3]],
+    rows: &PlacedRows,
+    splits: &[Split],
     candidates: &[PositionOptions],
 ) -> Result<(PositionMap, Vec<HeldOutPlaces>, usize), TrainingError> {
-    let begin = ((1.0 - HELD_OUT) * frames.len() as f64) as usize;
     let tried: Vec<HeldOutPlaces> = candidates
         .par_iter()
-        .map(|options| {
-            let map = fit(&frames[..begin], &places[..begin], *options)?;
-            held_out(map, &frames[begin..], &places[begin..])
-        })
+        .map(|options| held_out(rows, splits, *options))
         .collect::<Result<_, TrainingError>>()?;
     let order = |a: &usize, b: &usize| {
         let likelihood = |i: &usize| tried[*i].likelihood();
@@ -130,21 +275,23 @@ pub(crate) fn trained_position(
             needed: 1,
         });
     };
-    let mut map = fit(frames, places, candidates[best])?;
-    map.interval_factor = tried[best].factor;
-    map.depth_factor = tried[best].depth_factor;
-    map.largest_misfit = MISFIT_MARGIN * largest_misfit(&map, &tried[best], &frames[begin..]);
+    let mut map = fit(rows, candidates[best])?;
+    [map.interval_factor, map.depth_factor] = tried[best].factors;
+    let parts = tried[best].parts.iter().zip(splits);
+    let misfits = parts.map(|(part, split)| largest_misfit(&map, part, &rows.frames, &split.test));
+    map.largest_misfit = MISFIT_MARGIN * misfits.fold(0.0, f64::max);
     Ok((map, tried, best))
 }
 
 /// Largest misfit of rows that the map of `judged` has not seen, by the noise of `map`: a surface
 /// that is close to its own rows makes their noise small.
-fn largest_misfit(map: &PositionMap, judged: &HeldOutPlaces, frames: &[Vec<f64>]) -> f64 {
+fn largest_misfit(map: &PositionMap, judged: &Part, frames: &[Vec<f64>], rows: &[usize]) -> f64 {
     let standard = &map.standard;
     if standard.used != judged.map.standard.used {
         return judged.misfit;
     }
-    let misfit = |(frame, place): (&Vec<f64>, &[f64; 3])| -> f64 {
+    let misfit = |(row, place): (&usize, &[f64; 3])| -> f64 {
+        let frame = &frames[*row];
         let answer = judged.map.answer(*place);
         let readings = standard.used.iter().map(|channel| frame[*channel]);
         let off = readings.zip(answer).zip(&standard.scale);
@@ -153,29 +300,113 @@ fn largest_misfit(map: &PositionMap, judged: &HeldOutPlaces, frames: &[Vec<f64>]
             .collect();
         whiten(&map.whitening, &off).iter().map(|w| w * w).sum()
     };
-    let rows = frames.iter().zip(&judged.estimates);
+    let rows = rows.iter().zip(&judged.estimates);
     rows.map(misfit).fold(0.0, f64::max)
 }
 
-fn fit(
-    frames: &[Vec<f64>],
-    places: &[[f64; 3]],
+/// Widens the intervals of a map to those of the next run.
+///
+/// `within` are the factors that rows of the same run need, `of_runs` those of each run under a map of
+/// the others, for the plane and for the depth; none of a single run. What is beyond the former is the
+/// difference between runs, in units of the variance that the map states: of R runs with R − 1 degrees
+/// of freedom, beside the usual difference with [`USUAL_DEGREES`], times Student's factor, as of forces.
+/// The usual difference is a gain of the readings from `rest` of [`USUAL_GAIN`].
+fn widen(map: &mut PositionMap, within: [f64; 2], of_runs: &[Vec<f64>; 2], usual: [f64; 2]) {
+    let factor = |axis: usize| {
+        let runs = of_runs[axis].len().max(1) as f64;
+        let degrees = USUAL_DEGREES as f64 + runs - 1.0;
+        let share = (runs - 1.0) / runs;
+        let own = of_runs[axis].iter().map(|factor| {
+            let beyond = factor * factor - within[axis] * within[axis];
+            share * share * beyond
+        });
+        // Two runs differ by twice the variance of one.
+        let usual = 0.5 * USUAL_DEGREES as f64 * usual[axis];
+        let variance = (usual + own.sum::<f64>().max(0.0)) / degrees;
+        let student = student_quantile(0.975, degrees as usize) / NORMAL_95;
+        let next = (1.0 + 1.0 / runs) * variance;
+        (within[axis].powi(2) + student * student * next).sqrt()
+    };
+    (map.interval_factor, map.depth_factor) = (factor(0), factor(1));
+}
+
+/// Makes the intervals of a map those of the next run. `whole_runs` are the rows that were held out in
+/// turn if those were whole runs; `rest` are readings of the empty body. Returns the factor by which
+/// the intervals of the plane are wider than those within a run.
+///
+/// # Errors
+/// [`TrainingError`].
+pub(crate) fn for_the_next_run(
+    map: &mut PositionMap,
+    rows: &PlacedRows,
     options: PositionOptions,
-) -> Result<PositionMap, TrainingError> {
-    let begin = (options.run_in.clamp(0.0, 0.9) * frames.len() as f64) as usize;
-    let fading = options.fading * frames.len() as f64;
-    let (frames, places) = (&frames[begin..], &places[begin..]);
-    let standard = Standard::of(frames)?;
-    let (rows, places): (Vec<_>, Vec<_>) = frames
-        .iter()
-        .zip(places)
-        .filter_map(|(frame, place)| Some((standard.apply(frame).ok()?, *place)))
-        .unzip();
-    let weights = faded(rows.len(), fading);
-    let [x, y] = intervals(&places, options.spacing);
+    whole_runs: Option<(&HeldOutPlaces, &Split)>,
+    rest: &[f64],
+) -> Result<f64, TrainingError> {
+    let (within, of_runs) = match whole_runs {
+        Some((runs, within)) => {
+            let within = held_out(rows, std::slice::from_ref(within), options)?;
+            (within.factors, runs.of_splits())
+        }
+        None => ([map.interval_factor, map.depth_factor], Default::default()),
+    };
+    let usual = usual_difference(map, rows, rest)?;
+    widen(map, within, &of_runs, usual);
+    Ok(map.interval_factor / within[0])
+}
+
+/// Mean square of what the usual gain moves estimates of the plane and of the depth by, in units of the
+/// variance that the map states without its factors.
+fn usual_difference(
+    map: &PositionMap,
+    rows: &PlacedRows,
+    rest: &[f64],
+) -> Result<[f64; 2], TrainingError> {
+    let mut plain = map.clone();
+    (plain.interval_factor, plain.depth_factor) = (1.0, 1.0);
+    let mut estimator = PositionEstimator::new(plain)?;
+    let (mut sums, mut count) = ([0.0; 2], 0.0);
+    let step = rows.frames.len().div_ceil(GAIN_ROWS).max(1);
+    for frame in rows.frames.iter().step_by(step) {
+        let gained = frame.iter().zip(rest);
+        let gained: Vec<f64> = gained.map(|(x, r)| x + USUAL_GAIN * (x - r)).collect();
+        let own = estimator.estimate(frame)?;
+        let other = estimator.estimate(&gained)?;
+        for (axis, deviation) in own.deviation().into_iter().enumerate() {
+            let moved = (other.position[axis] - own.position[axis]) / deviation;
+            sums[0] += 0.5 * moved * moved;
+        }
+        if let Some(([own, deviation], [other, _])) = own.depth.zip(other.depth) {
+            sums[1] += ((other - own) / deviation).powi(2);
+        }
+        count += 1.0;
+    }
+    Ok(sums.map(|sum| sum / f64::max(count, 1.0)))
+}
+
+fn fit(rows: &PlacedRows, options: PositionOptions) -> Result<PositionMap, TrainingError> {
+    let presses = rows.of_presses();
+    let first = (options.run_in.clamp(0.0, 0.9) * presses.len() as f64) as usize;
+    let fading = options.fading * presses.len() as f64;
+    let weights = faded(&presses[first..], fading);
+    let begin = presses.get(first).map_or(0, |press| press.start);
+    let standard = Standard::of(&rows.frames[begin..])?;
+    let readings = rows.frames[begin..].iter();
+    let readings: Vec<Vec<f64>> = readings
+        .map(|frame| standard.apply(frame))
+        .collect::<Result<_, _>>()?;
+    let places = &rows.places[begin..];
+    let count = presses.len() - first;
+    let [x, y] = intervals(places, count, options.spacing);
     let smoothing = [options.smoothing, DEPTH_SMOOTHING];
-    let mut surface = Surface::fit(&places, &rows, &weights, [x, y, options.depths], smoothing)?;
-    let whitening = whitening(&surface, &places, &rows, &weights)?;
+    let mut surface = Surface::fit(
+        places,
+        &readings,
+        &weights,
+        [x, y, options.depths],
+        smoothing,
+    )?;
+    let whitening = whitening(&surface, places, &readings, &weights, count)?;
     let width = surface.width;
     for row in surface.coefficients.chunks_exact_mut(width) {
         let white = whiten(&whitening, row);
@@ -188,57 +419,65 @@ fn fit(
         interval_factor: 1.0,
         depth_factor: 1.0,
         largest_misfit: f64::INFINITY,
+        by_force: rows.by_force,
     })
 }
 
-/// Scores of the estimates of held-out rows with the factors that their deviations need, and
-/// the largest misfit among them.
+/// The rows of each split, estimated by a map of those that train it.
 fn held_out(
-    map: PositionMap,
-    frames: &[Vec<f64>],
-    places: &[[f64; 3]],
+    rows: &PlacedRows,
+    splits: &[Split],
+    options: PositionOptions,
 ) -> Result<HeldOutPlaces, TrainingError> {
+    let part = |split: &Split| {
+        let map = fit(&rows.taken(&split.train), options)?;
+        judged(map, &rows.taken(&split.test))
+    };
+    let parts = splits.iter().map(part);
+    Ok(HeldOutPlaces::of(parts.collect::<Result<_, _>>()?))
+}
+
+/// What a map makes of rows.
+fn judged(map: PositionMap, rows: &PlacedRows) -> Result<Part, TrainingError> {
     let mut estimator = PositionEstimator::new(map.clone())?;
-    let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-    let (mut depth_errors, mut depth_deviations) = (Vec::new(), Vec::new());
+    let mut judged = [Judged::default(), Judged::default()];
     let mut estimates = Vec::new();
     let mut misfit = 0.0f64;
-    for (frame, place) in frames.iter().zip(places) {
+    for (frame, place) in rows.frames.iter().zip(&rows.places) {
         let estimate = estimator.estimate(frame)?;
         misfit = misfit.max(estimate.misfit);
         let [x, y] = estimate.position;
         let [depth, deviation] = estimate.depth.unwrap_or([0.0; 2]);
         estimates.push([x, y, depth]);
         for (axis, truth) in place[..2].iter().enumerate() {
-            errors.push(estimate.position[axis] - truth);
-            deviations.push(estimate.deviation()[axis]);
+            judged[0].push(estimate.position[axis] - truth, estimate.deviation()[axis]);
         }
         if estimate.depth.is_some() {
-            depth_errors.push(depth - place[2]);
-            depth_deviations.push(deviation);
+            judged[1].push(depth - place[2], deviation);
         }
     }
-    let scaled = |errors: &[f64], deviations: &[f64]| {
-        let factor = interval_factor(errors, deviations);
-        let deviations: Vec<f64> = deviations.iter().map(|d| factor * d).collect();
-        (factor, Score::of(errors, &deviations))
-    };
-    let (factor, score) = scaled(&errors, &deviations);
-    let depth = (!depth_errors.is_empty()).then(|| scaled(&depth_errors, &depth_deviations));
-    Ok(HeldOutPlaces {
-        score,
-        depth_score: depth.map(|(_, score)| score),
-        estimates,
-        factor,
-        depth_factor: depth.map_or(1.0, |(factor, _)| factor),
-        misfit,
+    Ok(Part {
         map,
+        judged,
+        estimates,
+        misfit,
     })
 }
 
 /// Intervals along x and y, each `spacing` times as long as those of the grid that the places
-/// lie on; or as many as scattered positions determine.
-fn intervals(places: &[[f64; 3]], spacing: f64) -> [usize; 2] {
+/// lie on; or as many as so many presses at scattered positions determine.
+fn intervals(places: &[[f64; 3]], presses: usize, spacing: f64) -> [usize; 2] {
+    let longer = |count: usize| ((count as f64 / spacing).round() as usize).max(1);
+    if let Some(grid) = grid(places, presses) {
+        return grid.map(|count| longer(count.saturating_sub(1)));
+    }
+    let side = (presses as f64 / ROWS_PER_COEFFICIENT).sqrt();
+    [longer((side as usize).saturating_sub(3).max(1)); 2]
+}
+
+/// Positions along x and y of the grid that the places of so many presses lie on; `None` of scattered
+/// ones.
+fn grid(places: &[[f64; 3]], presses: usize) -> Option<[usize; 2]> {
     let distinct = |axis: usize| {
         let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
         values.sort_by(f64::total_cmp);
@@ -248,28 +487,31 @@ fn intervals(places: &[[f64; 3]], spacing: f64) -> [usize; 2] {
         values.len()
     };
     let grid = [distinct(0), distinct(1)];
-    let longer = |count: usize| ((count as f64 / spacing).round() as usize).max(1);
-    if grid[0] * grid[1] <= places.len() {
-        return grid.map(|count| longer(count.saturating_sub(1)));
-    }
-    let side = (places.len() as f64 / ROWS_PER_COEFFICIENT).sqrt();
-    [longer((side as usize).saturating_sub(3)); 2]
+    (grid[0] * grid[1] <= presses).then_some(grid)
 }
 
-/// Weights of rows in the order of time that fade over so many of them, one on average.
-fn faded(rows: usize, fading: f64) -> Vec<f64> {
-    let weights = (0..rows).rev().map(|age| (-(age as f64) / fading).exp());
+/// Weights of the rows of presses in the order of time: those of one press count as one, and fade over
+/// so many of them; one on average.
+fn faded(presses: &[std::ops::Range<usize>], fading: f64) -> Vec<f64> {
+    let ages = (0..presses.len())
+        .rev()
+        .map(|age| (-(age as f64) / fading).exp());
+    let weights = presses
+        .iter()
+        .zip(ages)
+        .flat_map(|(press, weight)| std::iter::repeat_n(weight / press.len() as f64, press.len()));
     let weights: Vec<f64> = weights.collect();
-    let mean = weights.iter().sum::<f64>() / rows.max(1) as f64;
+    let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
     weights.into_iter().map(|weight| weight / mean).collect()
 }
 
-/// L⁻¹ of the covariance of the rows about the surface, by rows.
+/// L⁻¹ of the covariance of the rows of so many presses about the surface, by rows.
 fn whitening(
     surface: &Surface,
     places: &[[f64; 3]],
     rows: &[Vec<f64>],
     weights: &[f64],
+    presses: usize,
 ) -> Result<Vec<f64>, TrainingError> {
     let width = surface.width;
     let residuals: Vec<Vec<f64>> = places
@@ -280,8 +522,15 @@ fn whitening(
             row.iter().zip(fitted).map(|(r, f)| r - f).collect()
         })
         .collect();
-    // Each coefficient takes one reading; half of them are always left.
-    let freedom = (rows.len() as f64 - surface.unknowns() as f64).max(0.5 * rows.len() as f64);
+    // Each coefficient takes one reading; half of them are always left. A press has as many of its
+    // own as the surface has functions of the depth.
+    let layers = if surface.is_deep() {
+        surface.intervals[2] + 3
+    } else {
+        1
+    };
+    let own = rows.len().min(presses * layers) as f64;
+    let freedom = rows.len() as f64 * (1.0 - surface.unknowns() as f64 / own).max(0.5);
     let covariance = Mat::from_fn(width, width, |i, j| {
         let products = residuals.iter().zip(weights);
         let sum: f64 = products.map(|(row, w)| w * row[i] * row[j]).sum();

@@ -2,7 +2,7 @@
 //! answers over the plane and the depth.
 //!
 //! Fifteen channels of a press lie on a surface of two dimensions, or of three where the
-//! depth varies. That surface is what is learned: x(p) of the position and depth p
+//! depth or the force varies. That surface is what is learned: x(p) of the position and depth p
 //! ([`Surface`]), and the covariance Σ of what readings do about it. A frame r
 //! is then located where |L⁻¹(r − x(p))|² is least, Σ = L Lᵀ, as with a physical
 //! model. Drift that moves channels together stands in Σ and weighs little,
@@ -30,6 +30,10 @@ pub struct PositionMap {
     pub depth_factor: f64,
     /// Misfit |L⁻¹(r − x)|² above which a frame is unlike those of training.
     pub largest_misfit: f64,
+    /// True if the third coordinate of the surface is the force, N, as presses of training had no
+    /// recorded depth.
+    #[serde(default)]
+    pub by_force: bool,
 }
 
 /// Where a probe presses.
@@ -359,7 +363,7 @@ impl PositionEstimator {
         PositionEstimate {
             position: [x, y],
             covariance: [0, 1].map(|i| [0, 1].map(|j| covariance[i][j] + opened[i][j])),
-            depth: surface.is_deep().then(|| {
+            depth: (surface.is_deep() && !self.map.by_force).then(|| {
                 let own = along * covariance[2][2].sqrt();
                 [z, own.hypot(opened[2][2].sqrt()).min(self.size(2))]
             }),

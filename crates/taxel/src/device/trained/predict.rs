@@ -2,25 +2,16 @@
 
 use super::ReadingUnit;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
-use crate::quantity::LENGTH;
+use crate::quantity::{FORCE, LENGTH};
 use crate::table::{Cell, Column};
 use crate::trained::{PositionMap, TrainedMaps};
 
+const POSITION: [LoadColumn; 2] = [along("x"), along("y")];
+
+/// Loads of presses of one depth or of several.
 static LOADS: [LoadColumn; 3] = [
-    LoadColumn {
-        name: "x",
-        short: "x",
-        kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
-        required: true,
-        about: "position of the press from the middle of the area",
-    },
-    LoadColumn {
-        name: "y",
-        short: "y",
-        kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
-        required: true,
-        about: "position of the press from the middle of the area",
-    },
+    POSITION[0],
+    POSITION[1],
     LoadColumn {
         name: "z",
         short: "z",
@@ -29,6 +20,29 @@ static LOADS: [LoadColumn; 3] = [
         about: "depth of the press, as the z of training; without it the middle of the depths",
     },
 ];
+
+/// Loads of presses of several forces.
+static FORCES: [LoadColumn; 3] = [
+    POSITION[0],
+    POSITION[1],
+    LoadColumn {
+        name: "force_z",
+        short: "force_z",
+        kind: LoadKind::Quantity(&FORCE, [-1e4, 1e4]),
+        required: false,
+        about: "force of the press; without it the middle of the forces",
+    },
+];
+
+const fn along(name: &'static str) -> LoadColumn {
+    LoadColumn {
+        name,
+        short: name,
+        kind: LoadKind::Quantity(&LENGTH, [-1.0, 1.0]),
+        required: true,
+        about: "position of the press from the middle of the area",
+    }
+}
 
 /// Answers the channels of a press of a depth of training, with their
 /// deviation from press to press.
@@ -65,7 +79,7 @@ impl TrainedPredictor {
 
 impl Predictor for TrainedPredictor {
     fn load_columns(&self) -> &'static [LoadColumn] {
-        &LOADS
+        if self.map.by_force { &FORCES } else { &LOADS }
     }
 
     fn columns(&self) -> Vec<Column> {
@@ -83,14 +97,18 @@ impl Predictor for TrainedPredictor {
         }
         let nearest = surface.clamp(position);
         if let Some(column) = (0..3).find(|axis| (nearest[*axis] - position[*axis]).abs() > 1e-9) {
-            let [low, high] = self.map.surface.range(column).map(|end| end * 1e3);
+            let (scale, unit) = match column {
+                2 if self.map.by_force => (1.0, "N"),
+                _ => (1e3, "mm"),
+            };
+            let [low, high] = self.map.surface.range(column).map(|end| end * scale);
             return Err(LoadRefused {
                 column,
                 message: format!(
-                    "{:.3} mm is outside of the presses of training, {low:.3} to {high:.3} mm",
-                    position[column] * 1e3
+                    "{:.3} {unit} is outside of the presses of training, {low:.3} to {high:.3} {unit}",
+                    position[column] * scale
                 ),
-                help: "give a position among them, or train on a larger area".into(),
+                help: "give a press among them, or train on more".into(),
             });
         }
         // The map knows the numbers as people read them.
