@@ -127,17 +127,20 @@ impl Split {
     }
 }
 
-/// Errors with the deviations that a map gives them.
+/// Errors with the deviations that a map gives them, and the force of each, N; zero where it is not a
+/// coordinate of the map.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Judged {
     errors: Vec<f64>,
     deviations: Vec<f64>,
+    forces: Vec<f64>,
 }
 
 impl Judged {
-    fn push(&mut self, error: f64, deviation: f64) {
+    fn push(&mut self, error: f64, deviation: f64, force: f64) {
         self.errors.push(error);
         self.deviations.push(deviation);
+        self.forces.push(force);
     }
 
     fn join<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
@@ -145,12 +148,26 @@ impl Judged {
         for part in parts {
             all.errors.extend(&part.errors);
             all.deviations.extend(&part.deviations);
+            all.forces.extend(&part.forces);
         }
         all
     }
 
+    /// The factor that holds 95 % of the errors; of light and hard touches each.
     fn factor(&self) -> f64 {
-        interval_factor(&self.errors, &self.deviations)
+        let mut order: Vec<usize> = (0..self.errors.len()).collect();
+        order.sort_by(|a, b| self.forces[*a].total_cmp(&self.forces[*b]));
+        let varied = |ends: [usize; 2]| self.forces[ends[0]] < self.forces[ends[1]];
+        let ends = order.first().zip(order.last());
+        let kinds = ends.map_or(1, |(a, b)| if varied([*a, *b]) { FORCES } else { 1 });
+        let of = |rows: &[usize]| {
+            let [errors, deviations] = [&self.errors, &self.deviations]
+                .map(|all| rows.iter().map(|row| all[*row]).collect::<Vec<_>>());
+            interval_factor(&errors, &deviations)
+        };
+        let kinds = order.chunks(order.len().div_ceil(kinds).max(1));
+        let largest = kinds.map(of).reduce(f64::max);
+        largest.unwrap_or(1.0)
     }
 
     fn score(&self, factor: f64) -> Score {
@@ -218,12 +235,16 @@ impl HeldOutPlaces {
     }
 }
 
-/// Share of the rows that the choice of options holds out, at the end.
+/// Ranges of the force, each of which the intervals hold.
+const FORCES: usize = 4;
+/// Share of the presses that the choice of options holds out, at the end.
 pub(crate) const HELD_OUT: f64 = 0.25;
 /// A misfit this much above the largest held-out one is outside.
 const MISFIT_MARGIN: f64 = 2.0;
 /// Distinct readings per coefficient when the presses are on no grid.
 const ROWS_PER_COEFFICIENT: f64 = 3.0;
+/// The same on a grid, which leaves no gaps.
+const GRID_ROWS_PER_COEFFICIENT: f64 = 1.5;
 /// Share of the rows over which presses fade.
 const FADING: f64 = 1.0 / 3.0;
 /// Smoothing along the depth, where readings bend little.
@@ -355,8 +376,8 @@ pub(crate) fn for_the_next_run(
     Ok(map.interval_factor / within[0])
 }
 
-/// Mean square of what the usual gain moves estimates of the plane and of the depth by, in units of the
-/// variance that the map states without its factors.
+/// Mean square of what the usual gain moves estimates of the plane and of the depth by, over the mean of
+/// the variances that the map states without its factors.
 fn usual_difference(
     map: &PositionMap,
     rows: &PlacedRows,
@@ -365,7 +386,12 @@ fn usual_difference(
     let mut plain = map.clone();
     (plain.interval_factor, plain.depth_factor) = (1.0, 1.0);
     let mut estimator = PositionEstimator::new(plain)?;
-    let (mut sums, mut count) = ([0.0; 2], 0.0);
+    // Squares of the moves, and variances.
+    let mut sums = [[0.0; 2]; 2];
+    let mut add = |of: usize, moved: f64, deviation: f64| {
+        sums[of][0] += moved * moved;
+        sums[of][1] += deviation * deviation;
+    };
     let step = rows.frames.len().div_ceil(GAIN_ROWS).max(1);
     for frame in rows.frames.iter().step_by(step) {
         let gained = frame.iter().zip(rest);
@@ -373,15 +399,19 @@ fn usual_difference(
         let own = estimator.estimate(frame)?;
         let other = estimator.estimate(&gained)?;
         for (axis, deviation) in own.deviation().into_iter().enumerate() {
-            let moved = (other.position[axis] - own.position[axis]) / deviation;
-            sums[0] += 0.5 * moved * moved;
+            add(0, other.position[axis] - own.position[axis], deviation);
         }
         if let Some(([own, deviation], [other, _])) = own.depth.zip(other.depth) {
-            sums[1] += ((other - own) / deviation).powi(2);
+            add(1, other - own, deviation);
         }
-        count += 1.0;
     }
-    Ok(sums.map(|sum| sum / f64::max(count, 1.0)))
+    Ok(sums.map(|[moved, variance]| {
+        if variance > 0.0 {
+            moved / variance
+        } else {
+            0.0
+        }
+    }))
 }
 
 fn fit(rows: &PlacedRows, options: PositionOptions) -> Result<PositionMap, TrainingError> {
@@ -448,12 +478,17 @@ fn judged(map: PositionMap, rows: &PlacedRows) -> Result<Part, TrainingError> {
         misfit = misfit.max(estimate.misfit);
         let [x, y] = estimate.position;
         let [depth, deviation] = estimate.depth.unwrap_or([0.0; 2]);
+        let force = if rows.by_force { place[2] } else { 0.0 };
         estimates.push([x, y, depth]);
         for (axis, truth) in place[..2].iter().enumerate() {
-            judged[0].push(estimate.position[axis] - truth, estimate.deviation()[axis]);
+            judged[0].push(
+                estimate.position[axis] - truth,
+                estimate.deviation()[axis],
+                force,
+            );
         }
         if estimate.depth.is_some() {
-            judged[1].push(depth - place[2], deviation);
+            judged[1].push(depth - place[2], deviation, force);
         }
     }
     Ok(Part {
@@ -468,11 +503,17 @@ fn judged(map: PositionMap, rows: &PlacedRows) -> Result<Part, TrainingError> {
 /// lie on; or as many as so many presses at scattered positions determine.
 fn intervals(places: &[[f64; 3]], presses: usize, spacing: f64) -> [usize; 2] {
     let longer = |count: usize| ((count as f64 / spacing).round() as usize).max(1);
-    if let Some(grid) = grid(places, presses) {
-        return grid.map(|count| longer(count.saturating_sub(1)));
+    let determined = |rows_per_coefficient: f64| {
+        let side = (presses as f64 / rows_per_coefficient).sqrt() as usize;
+        side.saturating_sub(3).max(1)
+    };
+    match grid(places, presses) {
+        Some(grid) => grid.map(|count| {
+            let most = determined(GRID_ROWS_PER_COEFFICIENT);
+            longer(count.saturating_sub(1).min(most))
+        }),
+        None => [longer(determined(ROWS_PER_COEFFICIENT)); 2],
     }
-    let side = (presses as f64 / ROWS_PER_COEFFICIENT).sqrt();
-    [longer((side as usize).saturating_sub(3).max(1)); 2]
 }
 
 /// Positions along x and y of the grid that the places of so many presses lie on; `None` of scattered
