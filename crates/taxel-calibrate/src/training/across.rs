@@ -10,28 +10,16 @@ use rayon::prelude::*;
 use taxel::trained::{
     BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainingError,
 };
-use taxel_numerics::least_squares::student_quantile;
 use taxel_numerics::split_mix;
 
 use super::force::{Within, features_of, intervals_of, trained_force};
+use super::next_run::{self, USUAL, of_mean};
 use super::replay::{Live, Of};
-use super::{ForceOptions, HeldOutForce, NORMAL_95, Score, Session, blocks_of_time};
+use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
 
-/// Knowledge before any run is held out: deviation of the gain of one run from that of another,
-/// and of the offset over the largest force. The public recordings of a printed lattice, one run
-/// under the best maps of the other, have gains of 0.1 to 1.3 % and offsets of 0 to 0.25 N of 32 N.
-const USUAL: [f64; 2] = [0.01, 0.003];
-/// Degrees of freedom that this knowledge counts for.
-const USUAL_DEGREES: usize = 2;
-
-/// Errors within another run beside those of blocks of the only one: of the public recordings 1.6 and
-/// 2.6 times as large, of which the body that settles has most.
+/// Errors within another run beside those of blocks of the only one: a guess, with which each of the
+/// two public force runs holds 96 to 97 % of the other.
 const WITHIN_ANOTHER: f64 = 1.5;
-
-/// Variance of a run about the mean of so many others, over that of runs about their mean.
-fn of_mean(runs: usize) -> f64 {
-    1.0 + 1.0 / runs.max(1) as f64
-}
 
 /// Error of a run that was held out, over its estimates.
 #[derive(Debug, Clone, Copy)]
@@ -53,19 +41,14 @@ struct Line {
 /// of both.
 fn between_runs(lines: &[Line], peak: f64, trained: usize) -> BetweenRuns {
     let runs = lines.len().max(1);
-    let own = runs - 1;
-    let degrees = USUAL_DEGREES + own;
-    let student = student_quantile(0.975, degrees) / NORMAL_95;
+    let share = next_run::share(runs);
     let deviation = |member: usize, usual: f64| {
         let mean = common(lines)[member];
-        let share = own as f64 / runs as f64;
         let squares = lines.iter().map(|line| {
             let apart = share * (line.values[member] - mean);
             apart * apart - share * line.noise[member]
         });
-        let usual = USUAL_DEGREES as f64 * usual * usual / of_mean(1);
-        let variance = (usual + squares.sum::<f64>().max(0.0)) / degrees as f64;
-        student * (of_mean(trained) * variance).sqrt()
+        next_run::deviation(usual * usual, squares.sum(), runs, trained)
     };
     BetweenRuns {
         offset: deviation(0, USUAL[1] * peak),
@@ -631,8 +614,10 @@ fn options(degree: u8, creep_times: &[f64], prior: Prior, offset: f64) -> ForceO
 
 #[cfg(test)]
 mod tests {
+    use super::super::NORMAL_95;
     use super::*;
     use taxel_numerics::Noise;
+    use taxel_numerics::least_squares::student_quantile;
 
     /// Two runs give the interval of a third where gains differ as is usual; where
     /// they differ more, what is usual is not quite forgotten.

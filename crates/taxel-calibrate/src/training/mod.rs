@@ -12,6 +12,7 @@ mod components;
 mod force;
 mod nearest;
 mod network;
+mod next_run;
 mod position;
 mod relation;
 mod replay;

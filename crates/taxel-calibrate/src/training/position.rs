@@ -4,8 +4,8 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 use taxel::trained::{PositionEstimator, PositionMap, Standard, Surface, TrainingError, whiten};
 
-use super::{NORMAL_95, Score, interval_factor};
-use taxel_numerics::least_squares::student_quantile;
+use super::next_run::{self, USUAL};
+use super::{Score, interval_factor};
 
 /// Candidate: the form of a position map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -250,10 +250,6 @@ const FADING: f64 = 1.0 / 3.0;
 /// Smoothing along the depth, where readings bend little.
 const DEPTH_SMOOTHING: f64 = 1e-3;
 
-/// Gain by which bodies usually differ from run to run, and degrees of freedom of that guess, as of
-/// forces.
-const USUAL_GAIN: f64 = 0.01;
-const USUAL_DEGREES: usize = 2;
 /// Rows from which the effect of that gain is taken.
 const GAIN_ROWS: usize = 500;
 
@@ -329,24 +325,16 @@ fn largest_misfit(map: &PositionMap, judged: &Part, frames: &[Vec<f64>], rows: &
 ///
 /// `within` are the factors that rows of the same run need, `of_runs` those of each run under a map of
 /// the others, for the plane and for the depth; none of a single run. What is beyond the former is the
-/// difference between runs, in units of the variance that the map states: of R runs with R − 1 degrees
-/// of freedom, beside the usual difference with [`USUAL_DEGREES`], times Student's factor, as of forces.
-/// The usual difference is a gain of the readings from `rest` of [`USUAL_GAIN`].
+/// difference between runs, in units of the variance that the map states ([`next_run::deviation`]).
 fn widen(map: &mut PositionMap, within: [f64; 2], of_runs: &[Vec<f64>; 2], usual: [f64; 2]) {
     let factor = |axis: usize| {
-        let runs = of_runs[axis].len().max(1) as f64;
-        let degrees = USUAL_DEGREES as f64 + runs - 1.0;
-        let share = (runs - 1.0) / runs;
+        let runs = of_runs[axis].len().max(1);
+        let share = next_run::share(runs);
         let own = of_runs[axis].iter().map(|factor| {
             let beyond = factor * factor - within[axis] * within[axis];
             share * share * beyond
         });
-        // Two runs differ by twice the variance of one.
-        let usual = 0.5 * USUAL_DEGREES as f64 * usual[axis];
-        let variance = (usual + own.sum::<f64>().max(0.0)) / degrees;
-        let student = student_quantile(0.975, degrees as usize) / NORMAL_95;
-        let next = (1.0 + 1.0 / runs) * variance;
-        (within[axis].powi(2) + student * student * next).sqrt()
+        within[axis].hypot(next_run::deviation(usual[axis], own.sum(), runs, runs))
     };
     (map.interval_factor, map.depth_factor) = (factor(0), factor(1));
 }
@@ -395,7 +383,7 @@ fn usual_difference(
     let step = rows.frames.len().div_ceil(GAIN_ROWS).max(1);
     for frame in rows.frames.iter().step_by(step) {
         let gained = frame.iter().zip(rest);
-        let gained: Vec<f64> = gained.map(|(x, r)| x + USUAL_GAIN * (x - r)).collect();
+        let gained: Vec<f64> = gained.map(|(x, r)| x + USUAL[0] * (x - r)).collect();
         let own = estimator.estimate(frame)?;
         let other = estimator.estimate(&gained)?;
         for (axis, deviation) in own.deviation().into_iter().enumerate() {

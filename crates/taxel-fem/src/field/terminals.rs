@@ -10,6 +10,7 @@
 use super::FieldError;
 use super::laplace::{Coefficient, Domain};
 use super::system::{Entry, System};
+use crate::mesh::Parts;
 use crate::sparse::ordering::{Graph, elimination_order};
 
 /// Nodes of one potential.
@@ -172,34 +173,15 @@ fn reached(
     coefficients: &[Option<Coefficient>],
     roles: &[Role],
 ) -> Result<(), FieldError> {
-    fn root(parents: &mut [u32], mut node: u32) -> u32 {
-        while parents[node as usize] != node {
-            let next = parents[parents[node as usize] as usize];
-            parents[node as usize] = next;
-            node = next;
-        }
-        node
-    }
-    let mesh = domain.mesh;
-    let mut parents: Vec<u32> = (0..roles.len() as u32).collect();
-    for cell in 0..mesh.cell_count() {
-        if coefficients[mesh.region_of(cell)].is_some() {
-            let nodes = mesh.cell(cell);
-            let first = root(&mut parents, nodes[0]);
-            for &node in nodes {
-                let other = root(&mut parents, node);
-                parents[other as usize] = first;
-            }
-        }
-    }
+    let mut parts = Parts::of_cells(domain.mesh, |region| coefficients[region].is_some());
     let mut known = vec![false; roles.len()];
     for (node, role) in roles.iter().enumerate() {
         if matches!(role, Role::Zero | Role::Terminal(_)) {
-            known[root(&mut parents, node as u32) as usize] = true;
+            known[parts.root(node as u32) as usize] = true;
         }
     }
     let mut lost = |&node: &usize| {
-        matches!(roles[node], Role::Free(_)) && !known[root(&mut parents, node as u32) as usize]
+        matches!(roles[node], Role::Free(_)) && !known[parts.root(node as u32) as usize]
     };
     let unknowns = (0..roles.len()).filter(&mut lost).count();
     if unknowns == 0 {

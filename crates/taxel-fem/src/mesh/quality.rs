@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::cell::Shapes;
-use super::{CellShape, Facet, Mesh, MeshError};
+use super::{CellShape, Facet, Mesh, MeshError, Parts};
 use crate::scalar::{determinant, inverse};
 
 /// A cell is degenerate where its map keeps less than this of the volume that its edges
@@ -123,7 +123,7 @@ pub fn hinges(mesh: &Mesh) -> Vec<u32> {
         })
         .collect();
     at.sort_unstable();
-    let mut above: Vec<usize> = (0..at.len()).collect();
+    let mut parts = Parts::apart(at.len());
     let mut sides: HashMap<Vec<u32>, u32> = HashMap::new();
     for cell in 0..mesh.cell_count() as u32 {
         let shape = mesh.shape(cell as usize);
@@ -135,22 +135,13 @@ pub fn hinges(mesh: &Mesh) -> Vec<u32> {
                 continue;
             };
             for node in corners {
-                let [one, other] = [cell, other].map(|cell| {
-                    let mut place = at.partition_point(|known| *known < (node, cell));
-                    while above[place] != place {
-                        place = above[place];
-                    }
-                    place
-                });
-                above[one] = other;
+                let place = |cell| at.partition_point(|known| *known < (node, cell)) as u32;
+                parts.join(place(cell), place(other));
             }
         }
     }
-    let tops = above
-        .iter()
-        .enumerate()
-        .filter(|(place, top)| place == *top);
-    let nodes: Vec<u32> = tops.map(|(place, _)| at[place].0).collect();
+    let tops = (0..at.len() as u32).filter(|&place| parts.root(place) == place);
+    let nodes: Vec<u32> = tops.map(|place| at[place as usize].0).collect();
     let mut twice: Vec<u32> = nodes
         .windows(2)
         .filter(|pair| pair[0] == pair[1])

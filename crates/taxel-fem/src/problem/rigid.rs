@@ -2,7 +2,7 @@
 
 use super::load::cross;
 use super::{Motion, Problem, Quantity, Rule};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Parts};
 
 /// A rigid motion that nothing holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,47 +73,28 @@ impl std::fmt::Display for FreePart {
     }
 }
 
-/// The node that stands for the part of a node.
-fn root(above: &mut [u32], node: u32) -> u32 {
-    let mut node = node;
-    while above[node as usize] != node {
-        let next = above[above[node as usize] as usize];
-        above[node as usize] = next;
-        node = next;
-    }
-    node
-}
-
 /// The part of each node: nodes of one cell, of one rigid body and of one constraint are of one
 /// part. Nodes of no cell have none.
 fn parts(problem: &Problem) -> Vec<Option<u32>> {
     let mesh = &problem.mesh;
-    let mut above: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    let mut parts = Parts::of_cells(mesh, |_| true);
     let mut used = vec![false; mesh.points.len()];
     for cell in 0..mesh.cell_count() {
-        let nodes = mesh.cell(cell);
-        let first = root(&mut above, nodes[0]);
-        for &node in nodes {
-            used[node as usize] = true;
-            let other = root(&mut above, node);
-            above[other as usize] = first;
-        }
+        mesh.cell(cell)
+            .iter()
+            .for_each(|&node| used[node as usize] = true);
     }
-    let mut join = |first: u32, node: u32| {
-        let (first, other) = (root(&mut above, first), root(&mut above, node));
-        above[other as usize] = first;
-    };
     for body in &problem.rigid_bodies {
         body.nodes
             .iter()
-            .for_each(|&node| join(body.nodes[0], node));
+            .for_each(|&node| parts.join(body.nodes[0], node));
     }
     for constraint in &problem.constraints {
         let terms = constraint.terms.iter();
-        terms.for_each(|((node, _), _)| join(constraint.dependent.0, *node));
+        terms.for_each(|((node, _), _)| parts.join(constraint.dependent.0, *node));
     }
     (0..mesh.points.len() as u32)
-        .map(|node| used[node as usize].then(|| root(&mut above, node)))
+        .map(|node| used[node as usize].then(|| parts.root(node)))
         .collect()
 }
 

@@ -198,6 +198,9 @@ impl Solver {
     /// obstacle, or into the other surface.
     pub(super) fn overlapped(&self, state: &State) -> Option<Reason> {
         let problem = &self.problem;
+        if problem.contacts.is_empty() {
+            return None;
+        }
         let places = state.places(&problem.mesh);
         let mut contacts = problem.contacts.iter().enumerate();
         contacts.find_map(|(contact, own)| {

@@ -15,6 +15,8 @@ use super::{Item, Recorded, State};
 /// A chunk is written after this time: with what the machine takes to wake the thread and to
 /// write, no more than 100 ms are lost with the process.
 const FLUSH: Duration = Duration::from_millis(80);
+/// A chunk waits so long for the estimate of its last frame.
+const ESTIMATE: Duration = Duration::from_millis(10);
 /// The disk is asked to keep what it has after this time.
 const SYNC: Duration = Duration::from_secs(1);
 /// Longest wait for a message.
@@ -53,11 +55,13 @@ fn write<S: Storage>(
     // When the chunk was opened, and when the oldest was written that the disk may not have.
     let mut opened: Option<Instant> = None;
     let mut unsynced: Option<Instant> = None;
+    // A frame and its estimate are in one chunk, so that what is lost after it is whole frames.
+    let mut flush = FLUSH;
     loop {
         let left = |since: Option<Instant>, time: Duration| {
             since.map_or(IDLE, |since| time.saturating_sub(since.elapsed()))
         };
-        let wait = left(opened, FLUSH).min(left(unsynced, SYNC));
+        let wait = left(opened, flush).min(left(unsynced, SYNC));
         let item = match messages.recv_timeout(wait) {
             Ok(item) => Some(item),
             Err(RecvTimeoutError::Timeout) => None,
@@ -75,12 +79,16 @@ fn write<S: Storage>(
                 writer.skip(message.channel(), (lost - skipped[place]) as u32);
                 skipped[place] = lost;
                 put(&mut writer, utc_ns, &message)?;
+                flush = match message {
+                    Recorded::Raw(_) => FLUSH + ESTIMATE,
+                    _ => FLUSH,
+                };
                 state.messages.fetch_add(1, Ordering::Relaxed);
                 opened.get_or_insert_with(Instant::now);
             }
             None => {}
         }
-        if opened.is_some_and(|opened| opened.elapsed() >= FLUSH) {
+        if opened.is_some_and(|opened| opened.elapsed() >= flush) {
             writer.flush()?;
             opened = None;
             unsynced.get_or_insert_with(Instant::now);

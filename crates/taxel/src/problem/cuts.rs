@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use taxel_fem::mesh::{Facet, Mesh};
+use taxel_fem::mesh::{Facet, Mesh, Parts};
 use taxel_fem::problem::{self as solid, Kinematics};
 
 use super::description::ProblemFile;
@@ -64,31 +64,12 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// The node that stands for all that a node is connected with.
-fn find(root: &mut [u32], mut node: u32) -> u32 {
-    while root[node as usize] != node {
-        root[node as usize] = root[root[node as usize] as usize];
-        node = root[node as usize];
-    }
-    node
-}
-
 /// True if cells of these regions lead from one group of nodes to another over common nodes.
 pub(super) fn connected(mesh: &Mesh, regions: &[&str], from: &[u32], to: &[u32]) -> bool {
-    let mut root: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    for cell in 0..mesh.cell_count() {
-        if regions.contains(&mesh.regions[mesh.region_of(cell)].as_str()) {
-            let nodes = mesh.cell(cell);
-            let first = find(&mut root, nodes[0]);
-            for &node in nodes {
-                let other = find(&mut root, node);
-                root[other as usize] = first;
-            }
-        }
-    }
-    let begins: BTreeSet<u32> = from.iter().map(|&node| find(&mut root, node)).collect();
-    to.iter()
-        .any(|&node| begins.contains(&find(&mut root, node)))
+    let conducts = |region: usize| regions.contains(&mesh.regions[region].as_str());
+    let mut parts = Parts::of_cells(mesh, conducts);
+    let begins: BTreeSet<u32> = from.iter().map(|&node| parts.root(node)).collect();
+    to.iter().any(|&node| begins.contains(&parts.root(node)))
 }
 
 /// What is solved on both sides of two surfaces without common nodes, and does not pass from one to

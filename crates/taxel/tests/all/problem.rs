@@ -1123,7 +1123,7 @@ fn odd_problems_are_refused_under_the_word() {
     for odd in between {
         refused(odd, &tower);
     }
-    // Two nodes at one place part the bodies; the upper one hangs on nothing.
+    // Two nodes at one place part the bodies; nothing holds the upper one.
     let parted = tower
         .replace("Nodes\n6\n", "Nodes\n8\n7 0 2 0\n8 2 2 0\n")
         .replace("4 3 6 5\n", "7 8 6 5\n");
