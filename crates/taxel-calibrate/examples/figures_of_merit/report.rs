@@ -148,9 +148,10 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     );
     for (options, score) in candidates.iter().zip(&scores) {
         let name = format!(
-            "    run-in {:.0} %, fading {:.2}, smoothing {:.0e}",
+            "    run-in {:.0} %, fading {:.2}, spacing {:.2}, smoothing {:.0e}",
             100.0 * options.run_in,
             options.fading,
+            options.spacing,
             options.smoothing
         );
         line(&name, *score, METRES, "");

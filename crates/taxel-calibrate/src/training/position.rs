@@ -42,11 +42,12 @@ impl PositionOptions {
         let mut all = Vec::new();
         for run_in in [0.0, 0.25, 0.5] {
             for fading in [f64::INFINITY, FADING] {
-                for smoothing in [1e-6, 1e-4, 1e-2] {
+                for (spacing, smoothing) in OF_ONE_DEPTH {
                     all.push(Self {
                         smoothing,
                         run_in,
                         fading,
+                        spacing,
                         ..Self::default()
                     });
                 }
@@ -245,6 +246,17 @@ const MISFIT_MARGIN: f64 = 2.0;
 const ROWS_PER_COEFFICIENT: f64 = 3.0;
 /// The same on a grid, which leaves no gaps.
 const GRID_ROWS_PER_COEFFICIENT: f64 = 1.5;
+/// Spacings of the surfaces of one depth, with smoothings that suit them: intervals shorter than the
+/// grid need more.
+const OF_ONE_DEPTH: [(f64, f64); 7] = [
+    (1.0, 1e-6),
+    (1.0, 1e-4),
+    (1.0, 1e-2),
+    (0.75, 1e-2),
+    (0.75, 3e-2),
+    (0.5, 3e-2),
+    (0.5, 0.1),
+];
 /// Share of the rows over which presses fade.
 const FADING: f64 = 1.0 / 3.0;
 /// Smoothing along the depth, where readings bend little.
