@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod dofs;
 mod edges;
+pub mod folds;
 pub(crate) mod follow;
 mod foot;
 pub(crate) mod friction;

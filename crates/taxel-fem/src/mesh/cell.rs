@@ -43,6 +43,16 @@ pub struct Shapes {
     pub gradients: Vec<[f64; 3]>,
 }
 
+/// Six Gauss points of a line.
+const GAUSS6: [(f64, f64); 6] = [
+    (-0.932_469_514_203_152, 0.171_324_492_379_170_35),
+    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (-0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
+];
+
 const GAUSS3: [(f64, f64); 3] = [
     (-0.774_596_669_241_483_4, 5.0 / 9.0),
     (0.0, 8.0 / 9.0),
@@ -269,6 +279,15 @@ impl FacetShape {
             Self::Line3 => tensor_shapes(&[[-1, 0, 0], [1, 0, 0], [0, 0, 0]], 1, at),
             Self::Quad9 => CellShape::Quad9.shapes(at),
             Self::Tri7 => CellShape::Tri7.shapes(at),
+        }
+    }
+
+    /// Quadrature of what begins somewhere within a side, such as a fold.
+    pub fn fine_quadrature(self) -> Vec<QuadraturePoint> {
+        match self {
+            Self::Line3 => products(&GAUSS6, 1),
+            Self::Quad9 => products(&GAUSS6, 2),
+            Self::Tri7 => self.quadrature(),
         }
     }
 

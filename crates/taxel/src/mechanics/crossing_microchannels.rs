@@ -1,12 +1,14 @@
 //! Two rows of voids that cross above each other, in three dimensions.
 
+use taxel_fem::assembly::folds::folds;
 use taxel_fem::field::sections::{sections, slender_resistance};
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{CrossingVoids, FacetShape, Mesh, QuadraturePoint};
 use taxel_fem::problem::Kinematics;
 use taxel_fem::problem::contact::{facing_pairs, lattice_points};
 use taxel_fem::problem::{
-    Cavity, CavityLaw, Contact, Motion, Parameter, Pressure, Problem, Rule, WallPoint, Walls,
+    Cavity, CavityLaw, Contact, Motion, Parameter, Pressure, Problem, ProblemError, Rule,
+    WallPoint, Walls,
 };
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Solver};
@@ -74,7 +76,7 @@ impl CrossingStudy {
         material: Material,
         filling: &Filling,
         contact: WallContact,
-    ) -> Result<Result<Self, Failure>, taxel_fem::problem::ProblemError> {
+    ) -> Result<Result<Self, Failure>, ProblemError> {
         let mut problem = Problem::new(mesh, Kinematics::Solid)?;
         problem.materials = vec![material; problem.mesh.regions.len()];
         problem.clamp("bottom")?;
@@ -98,8 +100,8 @@ impl CrossingStudy {
             rest[number] = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
             problem.cavities.push(cavity);
             problem.set_rule(pressure, rule(filling, number, rest[number]));
-            let walls = roof_on_floor(&problem.mesh, name, material.law().shear_modulus(), contact);
-            problem.contacts.push(Contact::Walls(walls));
+            let shear = material.law().shear_modulus();
+            close_void(&mut problem, name, shear, contact)?;
         }
         let facing = ROWS.map(|(name, _)| facing_in_the_middle(&problem.mesh, name));
         Ok(Solver::new(problem).map(|solver| Self {
@@ -213,8 +215,24 @@ fn gap_of(facing: &[WallPoint], places: &[[f64; 3]], better: fn(f64, f64) -> f64
     gaps.reduce(better).unwrap_or(f64::INFINITY)
 }
 
+/// The contacts of a void: roof on floor, and the walls that fold about its edges.
+pub(super) fn close_void(
+    problem: &mut Problem,
+    name: &str,
+    shear: f64,
+    contact: WallContact,
+) -> Result<(), ProblemError> {
+    let walls = roof_on_floor(&problem.mesh, name, shear, contact);
+    problem.contacts.push(Contact::Walls(walls));
+    let walls = folds(problem, &problem.surface(name)?, contact.folding * shear);
+    if !walls.points.is_empty() {
+        problem.contacts.push(Contact::Walls(walls));
+    }
+    Ok(())
+}
+
 /// The contact of roof and floor.
-pub(super) fn roof_on_floor(mesh: &Mesh, name: &str, shear: f64, contact: WallContact) -> Walls {
+fn roof_on_floor(mesh: &Mesh, name: &str, shear: f64, contact: WallContact) -> Walls {
     let points = roof_above_floor(mesh, name, &FacetShape::Quad9.quadrature());
     let gaps = points.iter().map(|pair| pair.gap(&mesh.points));
     // A round void is less high toward its sides.

@@ -17,7 +17,7 @@ use taxel_fem::problem::{
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Settings, Solver};
 
-use super::crossing_microchannels::{facing_in_the_middle, roof_on_floor, rule};
+use super::crossing_microchannels::{close_void, facing_in_the_middle, rule};
 use super::microchannel_cell::{Filling, WallContact};
 
 /// Support of the sides of a block.
@@ -86,7 +86,7 @@ pub struct BlockStudy {
     voids: Vec<MeshedVoid>,
 }
 
-/// A void that is in the mesh, with its pressure; contacts have the same order.
+/// A void that is in the mesh, with its pressure.
 struct MeshedVoid {
     row: usize,
     number: usize,
@@ -324,15 +324,19 @@ impl BlockStudy {
     }
 
     fn contact_radii(&self) -> Vec<f64> {
-        // Contacts of punches follow those of the voids.
-        let mut contact = self.voids.len();
+        let contacts = self.solver.problem().contacts.iter().enumerate();
+        let mut punches = contacts
+            .filter(|(_, contact)| matches!(contact, Contact::Obstacle(_)))
+            .map(|(number, _)| number);
         let radius = |(load, footprint): (&BlockLoad, &Footprint)| {
             if *load == BlockLoad::Pressure {
                 return 0.0;
             }
+            let Some(punch) = punches.next() else {
+                return 0.0;
+            };
             let [x, y] = footprint.centre;
-            let probe = self.solver.contact(contact);
-            contact += 1;
+            let probe = self.solver.contact(punch);
             let touching = probe.at.iter().zip(&probe.pressures);
             touching
                 .filter(|(_, pressure)| **pressure > 0.0)
@@ -442,8 +446,7 @@ fn add_voids(
             let rest = cavity.volume(&problem.mesh, problem.kinematics, &problem.mesh.points);
             problem.set_rule(pressure, rule(fillings[row], problem.cavities.len(), rest));
             problem.cavities.push(cavity);
-            let walls = roof_on_floor(&problem.mesh, &name, shear, contact);
-            problem.contacts.push(Contact::Walls(walls));
+            close_void(problem, &name, shear, contact)?;
             let facing = facing_in_the_middle(&problem.mesh, &name);
             voids.push(MeshedVoid {
                 row,

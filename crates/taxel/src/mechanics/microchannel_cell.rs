@@ -1,5 +1,6 @@
 //! A layer with a row of voids under pressure: how the voids close.
 
+use taxel_fem::assembly::folds::folds;
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{Facet, FacetShape, Mesh, VoidCell};
 use taxel_fem::problem::Kinematics;
@@ -163,7 +164,10 @@ impl VoidStudy {
         );
         let shear = material.law().shear_modulus();
         let mut folding = None;
-        if let Some(walls) = folding_walls(&problem.mesh, contact.folding * shear) {
+        let void = problem.surface("void").map_err(problem_error)?;
+        let walls = folds(&problem, &void, contact.folding * shear);
+        // A rounded corner has no vertex about which its walls turn.
+        if !walls.points.is_empty() {
             folding = Some(problem.contacts.len());
             problem.contacts.push(Contact::Walls(walls));
         }
@@ -285,116 +289,6 @@ impl VoidStudy {
                 .greatest_stress()
                 .map_or(0.0, |peak| peak.von_mises),
         })
-    }
-}
-
-/// Gauss points of an edge: more than its own three, since the end of the fold lies
-/// somewhere within an edge.
-const EDGE_POINTS: [(f64, f64); 6] = [
-    (-0.932_469_514_203_152, 0.171_324_492_379_170_35),
-    (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (-0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
-];
-
-/// Pairs of points at equal distance from a corner on the two walls that meet there.
-fn folding_walls(mesh: &Mesh, stiffness: f64) -> Option<Walls> {
-    let mut points = Vec::new();
-    for (one, other) in [
-        ("void.roof", "void.side.upper"),
-        ("void.floor", "void.side.lower"),
-    ] {
-        let (one, other) = (mesh.surfaces.get(one)?, mesh.surfaces.get(other)?);
-        let vertex = shared_node(mesh, *one.first()?, *other.first()?)?;
-        // A rounded corner has no vertex about which its walls turn.
-        if !meet_at_an_angle(mesh, *one.first()?, *other.first()?, vertex) {
-            return None;
-        }
-        for (&first, &second) in one.iter().zip(other) {
-            fold_pair(mesh, first, second, vertex, stiffness, &mut points);
-        }
-    }
-    Some(Walls {
-        points,
-        stiffness: 0.0,
-        overlap_limit: f64::INFINITY,
-    })
-}
-
-fn shared_node(mesh: &Mesh, one: Facet, other: Facet) -> Option<u32> {
-    let nodes: Vec<u32> = mesh.facet_nodes(one).collect();
-    mesh.facet_nodes(other).find(|node| nodes.contains(node))
-}
-
-fn meet_at_an_angle(mesh: &Mesh, one: Facet, other: Facet, vertex: u32) -> bool {
-    let from = |facet: Facet| {
-        let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
-        // Direction at the vertex, from the quadratic edge.
-        let (start, end) = if nodes[0] == vertex {
-            (nodes[0], nodes[1])
-        } else {
-            (nodes[1], nodes[0])
-        };
-        let x = |n: u32| mesh.points[n as usize];
-        let middle = x(nodes[2]);
-        [0, 1].map(|d| 4.0 * middle[d] - 3.0 * x(start)[d] - x(end)[d])
-    };
-    let (a, b) = (from(one), from(other));
-    let cross = a[0] * b[1] - a[1] * b[0];
-    cross.abs() > 0.5 * a[0].hypot(a[1]) * b[0].hypot(b[1])
-}
-
-fn fold_pair(
-    mesh: &Mesh,
-    first: Facet,
-    second: Facet,
-    vertex: u32,
-    stiffness: f64,
-    points: &mut Vec<WallPoint>,
-) {
-    let corner = mesh.points[vertex as usize];
-    let distance = |node: u32| {
-        let x = mesh.points[node as usize];
-        (x[0] - corner[0]).hypot(x[1] - corner[1])
-    };
-    let sides = [first, second].map(|facet| mesh.facet_nodes(facet).collect::<Vec<u32>>());
-    let away = |nodes: &[u32]| distance(nodes[0]) < distance(nodes[1]);
-    let length = (distance(sides[0][1]) - distance(sides[0][0])).abs();
-    for (place, share) in EDGE_POINTS {
-        let at = sides.clone().map(|nodes| {
-            let along = if away(&nodes) { 1.0 } else { -1.0 };
-            let shapes = FacetShape::Line3.shapes([along * place, 0.0, 0.0]);
-            // Slopes by the distance from the vertex.
-            let slope = |n: usize| along * shapes.gradients[n][0] * 2.0 / length;
-            (0..nodes.len())
-                .map(|n| (nodes[n], shapes.values[n], slope(n)))
-                .collect::<Vec<_>>()
-        });
-        let arm: f64 = at[0]
-            .iter()
-            .map(|&(node, value, _)| value * distance(node))
-            .sum();
-        let mut pair = WallPoint::new(
-            &at[0],
-            &at[1],
-            share * length / 2.0,
-            Pairing::Folding {
-                arm,
-                turn: 1.0,
-                stiffness,
-            },
-        );
-        // The open corner of the undeformed body has a positive angle.
-        if pair.gap(&mesh.points) < 0.0 {
-            pair.pairing = Pairing::Folding {
-                arm,
-                turn: -1.0,
-                stiffness,
-            };
-        }
-        points.push(pair);
     }
 }
 

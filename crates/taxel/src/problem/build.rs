@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashSet};
 
+use taxel_fem::assembly::folds::folds;
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
@@ -23,6 +24,8 @@ use taxel_recording::InputError;
 /// Contact stiffness over shear modulus and mean side of a cell: the multipliers make the result
 /// independent of it, the iteration bears no much stiffer one.
 const STIFFNESS: f64 = 50.0;
+/// Stiffness of folding corners over shear modulus.
+const FOLDING: f64 = 100.0;
 /// Overlap that is accepted over the mean side of a cell.
 const OVERLAP: f64 = 1e-4;
 /// A point lies on the axis of revolution within this share of the greatest radius.
@@ -133,6 +136,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     builder.obstacles()?;
     builder.contacts()?;
     builder.ties()?;
+    builder.folds()?;
     builder.rules()?;
     builder.names()?;
     let (steps, dimensions) = builder.steps()?;
@@ -1030,7 +1034,7 @@ impl Builder<'_> {
         let count = shared.clone().count();
         Ok(shared.min().map(|&node| {
             format!(
-                "contact \"{}\": \"{one}\" and \"{other}\" share {count} {}, one of them near {}; cells that meet there touch each other only if they face each other before the load, so the tip of a fold stays open by one cell",
+                "contact \"{}\": \"{one}\" and \"{other}\" share {count} {}, one of them near {}; cells that meet there touch each other if they face each other before the load, or at a sharp corner of flat faces; the tip of another fold stays open by one cell",
                 contact.name,
                 if count == 1 { "node" } else { "nodes" },
                 in_mm(mesh.points[node as usize])
@@ -1053,6 +1057,24 @@ impl Builder<'_> {
                 wrong(format!("{key}.surfaces"), error.to_string(), help)
             })?;
             self.problem.contacts.push(Contact::Walls(walls));
+        }
+        Ok(())
+    }
+
+    /// Sharp corners of surfaces that touch, about which they may fold. They come last: the contacts
+    /// before have the order of the file.
+    fn folds(&mut self) -> Result<(), Wrong> {
+        for (number, contact) in self.file.contact.iter().enumerate() {
+            let [mut surface, other] =
+                self.two_surfaces(&contact.surfaces, &format!("contact.{number}"))?;
+            if contact.surfaces[0] != contact.surfaces[1] {
+                surface.extend(other);
+            }
+            let stiffness = FOLDING * self.moduli(&surface)[0];
+            let walls = folds(&self.problem, &surface, stiffness);
+            if !walls.points.is_empty() {
+                self.problem.contacts.push(Contact::Walls(walls));
+            }
         }
         Ok(())
     }

@@ -12,7 +12,8 @@ use crate::mesh::{Facet, Mesh};
 /// twice, each time with half of its area.
 ///
 /// Facets that share a node touch each other only if they face each other before the body is
-/// loaded, as at the tip of a slit; the tip of another fold stays open by a cell.
+/// loaded, as at the tip of a slit; the tip of another fold stays open by a cell. Sharp corners of
+/// flat faces have a contact of their own ([`crate::assembly::folds`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfacePair {
     /// Surface whose points are kept out.

@@ -26,9 +26,9 @@ pub enum Pairing {
         /// Distance along it before deformation, m.
         rest: f64,
     },
-    /// About a corner (two dimensions): the angle `(t x d)/s` between the faces, `d`
-    /// between points at equal distance `s` from the vertex, `t` the mean of their
-    /// tangents away from it.
+    /// About a corner: the angle `(t x d)/s` between the faces, `d` between points at equal
+    /// distance `s` from the vertex (in space from the edge, at one place along it), `t` the mean
+    /// of their tangents away from it.
     /// The energy is `1/2 k s angle^2` per length, `k` in Pa.
     Folding {
         /// Distance from the vertex along either face before deformation, m.
@@ -37,6 +37,9 @@ pub enum Pairing {
         turn: f64,
         /// Stiffness, Pa.
         stiffness: f64,
+        /// Unit vectors across the edge, that of the undeformed body, in which the angle is measured;
+        /// in two dimensions the axes.
+        across: [[f64; 3]; 2],
     },
 }
 
@@ -160,11 +163,24 @@ impl WallPoint {
                 arm,
                 turn,
                 stiffness,
-            } => self.fold(d, m, arm, turn, stiffness),
+                across,
+            } => {
+                let plane = |v: [f64; 3]| across.map(|axis| (0..3).map(|i| v[i] * axis[i]).sum());
+                let fold = self.fold(plane(d), plane(m), (arm, turn), stiffness);
+                in_space(&fold, across)
+            }
         }
     }
 
-    fn fold(&self, d: [f64; 3], m: [f64; 3], arm: f64, turn: f64, stiffness: f64) -> PairEnergy {
+    /// Energy of a fold by the components of difference and sum across its edge, in the order of
+    /// two dimensions.
+    fn fold(
+        &self,
+        d: [f64; 2],
+        m: [f64; 2],
+        (arm, turn): (f64, f64),
+        stiffness: f64,
+    ) -> PairEnergy {
         let r = m[0].hypot(m[1]);
         let cross = m[0] * d[1] - m[1] * d[0];
         let angle = turn * cross / (r * arm);
@@ -217,6 +233,29 @@ impl WallPoint {
     }
 }
 
+/// Derivatives by the components across an edge as those by all.
+fn in_space(fold: &PairEnergy, across: [[f64; 3]; 2]) -> PairEnergy {
+    let mut energy = PairEnergy {
+        gradient: [0.0; 6],
+        curvature: [[0.0; 6]; 6],
+        ..*fold
+    };
+    // Difference, then sum, each by its two components.
+    let parts = [(0, 0), (0, 1), (3, 0), (3, 1)];
+    for (of, k) in parts {
+        for i in 0..3 {
+            energy.gradient[of + i] += fold.gradient[of + k] * across[k][i];
+            for (by, l) in parts {
+                for j in 0..3 {
+                    energy.curvature[of + i][by + j] +=
+                        fold.curvature[of + k][by + l] * across[k][i] * across[l][j];
+                }
+            }
+        }
+    }
+    energy
+}
+
 /// An overlap that sets in smoothly around zero, and its slope.
 fn softened(x: f64) -> (f64, f64) {
     let half = SOFTENING / 2.0;
@@ -246,10 +285,18 @@ mod tests {
 
     #[test]
     fn the_forces_of_a_folding_pair_are_the_slopes_of_its_energy() {
+        differences([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        // An edge that leans over.
+        let (c, s) = (0.8, 0.6);
+        differences([[c, 0.0, s], [0.0, 1.0, 0.0]]);
+    }
+
+    fn differences(across: [[f64; 3]; 2]) {
         let pairing = Pairing::Folding {
             arm: 1.3,
             turn: 1.0,
             stiffness: 7.0,
+            across,
         };
         let point = WallPoint::new(
             &[(0, 0.4, -1.1), (1, 0.6, 1.1)],
@@ -258,9 +305,9 @@ mod tests {
             pairing,
         );
         let places = vec![
-            [0.1, 0.2, 0.0],
-            [1.2, 0.25, 0.0],
-            [1.1, 0.0, 0.0],
+            [0.1, 0.2, 0.1],
+            [1.2, 0.25, -0.1],
+            [1.1, 0.0, 0.2],
             [0.2, 0.1, 0.0],
         ];
         let energy = point.energy(&places, 0.0, 0.0);
@@ -270,7 +317,7 @@ mod tests {
             point.difference[n] * energy.gradient[d] + point.sum[n] * energy.gradient[3 + d]
         };
         for n in 0..4 {
-            for d in 0..2 {
+            for d in 0..3 {
                 let at = |step: f64| {
                     let mut moved = places.clone();
                     moved[n][d] += step;
@@ -284,7 +331,7 @@ mod tests {
                 let slope = (value(&up) - value(&down)) / 2e-6;
                 assert!((slope - along(n, d, &energy)).abs() < 1e-7);
                 for other in 0..4 {
-                    for e in 0..2 {
+                    for e in 0..3 {
                         let found = (along(other, e, &up) - along(other, e, &down)) / 2e-6;
                         let mut exact = 0.0;
                         for (p, fp) in [(0, point.difference[other]), (3, point.sum[other])] {
