@@ -459,7 +459,7 @@ const MARKED: [(&str, &str, &str); 22] = [
     (
         "framing.cobs = {}\npacket.order = \"middle\"",
         "\"middle\"",
-        "use one of: little, big",
+        "write one of: \"little\"; \"big\"",
     ),
     (
         "framing.cobs = {}\npacket.fields = [{ is = \"sequence\", type = \"u8\", range = [5, 2] }]",

@@ -792,6 +792,9 @@ fn a_stroke_to_and_fro_returns_to_its_forces() {
     let mut solver = ironing();
     let press = 0.3;
     solver.load_to(&[press, 0.0], |_, _| Continue::Yes).unwrap();
+    // Friction remembers where its steps end: the same in every cycle.
+    solver.settings.first_step = 1.0 / 3.0;
+    solver.settings.largest_step = 1.0 / 3.0;
     let (mut steps, mut cycle, mut second) = (0, 0, Vec::new());
     while steps < 1000 {
         cycle += 1;
@@ -815,10 +818,13 @@ fn a_stroke_to_and_fro_returns_to_its_forces() {
         if cycle == 2 {
             second.clone_from(&forces);
         }
+        let mut off = 0.0_f64;
         for (now, then) in forces.iter().zip(&second) {
             for d in 0..2 {
-                assert!((now[d] - then[d]).abs() < 1e-6, "{cycle} {now:?} {then:?}");
+                off = off.max((now[d] - then[d]).abs());
             }
         }
+        println!("  off the second cycle by at most {off:.1e}");
+        assert!(off < 1e-6, "{cycle}: {off}");
     }
 }

@@ -535,28 +535,43 @@ fn a_load_that_turns_is_told_as_a_limit() {
 
 /// A tube on a rough plate, pressed by 2 mm and about to be rolled (mm and kPa).
 fn pressed_tube() -> Solver {
+    pressed_tubes(&[0.5])
+}
+
+/// Tubes beside each other, each on a plate of its own friction.
+fn pressed_tubes(frictions: &[f64]) -> Solver {
     let mesh = include_str!("../../taxel/tests/bodies/tube.msh");
     let mesh = gmsh::read(mesh).unwrap();
+    let names: Vec<String> = (0..frictions.len()).map(|k| format!("tube{k}")).collect();
+    let parts: Vec<(&str, &Mesh)> = names.iter().map(|name| (name.as_str(), &mesh)).collect();
+    let mesh = Mesh::joined(&parts, |_| false);
     let mut problem = Problem::new(mesh, Kinematics::PlaneStrain).unwrap();
-    problem.materials = vec![Material::incompressible(Law::neo_hookean(60.0))];
+    let solid = Material::incompressible(Law::neo_hookean(60.0));
+    problem.materials = vec![solid; problem.mesh.regions.len()];
     for (name, component, sign) in [("press", 1, -1.0), ("slide", 0, 1.0)] {
         let parameter = problem.parameter(name, Rule::Given);
         let motion = Motion::Driven(parameter, sign);
-        problem.support("crown", component, motion).unwrap();
+        for tube in &names {
+            problem
+                .support(&format!("{tube}_crown"), component, motion)
+                .unwrap();
+        }
     }
-    let surface = problem.surface("skin").unwrap();
-    let side = problem.mesh.mean_side(&surface);
-    problem.contacts.push(Contact::Obstacle(Obstacle {
-        surface,
-        shape: Shape::HalfSpace {
-            point: [0.0; 3],
-            normal: [0.0, 1.0, 0.0],
-        },
-        travel: None,
-        stiffness: 3000.0 / side,
-        friction: 0.5,
-        overlap_limit: 1e-4 * side,
-    }));
+    for (tube, &friction) in names.iter().zip(frictions) {
+        let surface = problem.surface(&format!("{tube}_skin")).unwrap();
+        let side = problem.mesh.mean_side(&surface);
+        problem.contacts.push(Contact::Obstacle(Obstacle {
+            surface,
+            shape: Shape::HalfSpace {
+                point: [0.0; 3],
+                normal: [0.0, 1.0, 0.0],
+            },
+            travel: None,
+            stiffness: 3000.0 / side,
+            friction,
+            overlap_limit: 1e-4 * side,
+        }));
+    }
     let mut solver = Solver::new(problem).unwrap();
     solver.load_to(&[2.0, 0.0], |_, _| Continue::Yes).unwrap();
     solver
@@ -600,6 +615,33 @@ fn a_body_that_loses_its_equilibrium_on_a_rough_plate_jumps_or_stops() {
     let off = ways.flat_map(|(a, b)| [0, 1].map(|d| (a[d] - b[d]).abs()));
     let off = off.fold(0.0, f64::max);
     assert!(off < 1e-4, "{off}");
+}
+
+#[test]
+fn a_body_that_jumps_again_and_again_ends_with_that() {
+    // Each of two tubes folds once on its way.
+    let jumps = |most: usize| {
+        let mut solver = pressed_tubes(&[0.5, 0.45]);
+        solver.settings.largest_step = 0.1;
+        solver.settings.jumps = most;
+        let mut jumps = 0;
+        let mut hear = |_: &_, step: &Step| {
+            jumps += usize::from(step.jump.is_some());
+            Continue::Yes
+        };
+        let ended = solver.load_to(&[2.0, 0.6], &mut hear);
+        (jumps, ended)
+    };
+    let (all, ended) = jumps(100);
+    assert!(ended.is_ok() && all >= 2, "{all} {ended:?}");
+    let (first, ended) = jumps(1);
+    let failure = ended.unwrap_err();
+    assert!(
+        matches!(failure.reason, Reason::KeepsJumping { jumps: 1, .. }),
+        "{failure}"
+    );
+    assert_eq!(first, 1);
+    assert!(failure.fraction > 0.0 && failure.fraction < 1.0);
 }
 
 #[test]

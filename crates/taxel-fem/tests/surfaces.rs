@@ -274,6 +274,58 @@ fn the_tangent_on_a_rough_ball_is_that_of_differences() {
     }
 }
 
+/// `cargo test --locked --release -p taxel-fem --test surfaces ball_is_pressed -- --ignored --nocapture`:
+/// a ball of 2 mm in a bonded disc of 9 mm by 9 mm (mm and kPa).
+#[test]
+#[ignore = "minutes; prints how far a rough ball is pressed, and why it ends"]
+#[allow(clippy::print_stdout)]
+fn a_rough_ball_is_pressed_to_its_end() {
+    let mesh = block([0.0, -9.0, 0.0], [9.0, 0.0, 0.0], &[24, 24]);
+    let mut problem = Problem::new(mesh, Kinematics::Axisymmetric).unwrap();
+    problem.materials = vec![Material::incompressible(Law::neo_hookean(10.0))];
+    problem.clamp("bottom").unwrap();
+    problem.support("left", 0, Motion::Fixed).unwrap();
+    let press = problem.parameter("press", Rule::Given);
+    let surface = problem.surface("top").unwrap();
+    let side = problem.mesh.mean_side(&surface);
+    problem.contacts.push(Contact::Obstacle(Obstacle {
+        surface,
+        shape: Shape::Sphere {
+            centre: [0.0, 2.0, 0.0],
+            radius: 2.0,
+        },
+        travel: Some(([0.0, -1.0, 0.0], press)),
+        stiffness: 500.0 / side,
+        friction: 0.5,
+        overlap_limit: 1e-4 * side,
+    }));
+    let mut solver = Solver::new(problem).unwrap();
+    let (mut steps, mut jumps) = (0, 0);
+    for way in 1..=9 {
+        let before = (solver.iterations, steps);
+        let mut hear = |_: &_, step: &Step| {
+            steps += 1;
+            jumps += usize::from(step.jump.is_some());
+            Continue::Yes
+        };
+        let ended = solver.load_to(&[f64::from(way)], &mut hear);
+        let depth = solver.state().parameters[0];
+        let force = solver.evaluate().unwrap().along[0];
+        println!(
+            "{depth:.4} mm, {force:.4} mN: {} iterations in {} steps, {jumps} jumps so far, least volume ratio {:.3}",
+            solver.iterations - before.0,
+            steps - before.1,
+            solver.least_volume_ratio().unwrap().ratio
+        );
+        if let Err(failure) = ended {
+            println!("{failure}");
+            break;
+        }
+    }
+    println!("{} iterations in {steps} steps", solver.iterations);
+    assert!(solver.state().parameters[0] > 5.0);
+}
+
 #[test]
 fn newtons_method_converges_quadratically_between_sliding_surfaces() {
     let lower = block([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], &[10, 3]);
@@ -460,14 +512,20 @@ fn under(surface: &[Vec<u32>], places: [&[[f64; 3]]; 2], x: f64) -> Option<[f64;
 }
 
 /// `cargo test --locked -p taxel-fem --test surfaces sharp_block -- --ignored --nocapture`: the
-/// block of case C6.5 under four times its load, and what its pull is made of.
+/// block of case C6.5 under four times its load, and what its pull is made of; at last on the first
+/// mesh under less.
 #[test]
 #[ignore = "minutes"]
 #[allow(clippy::print_stdout)]
 fn a_sharp_block_is_dragged() {
-    let (friction, load) = (0.5, 0.02);
-    for (ends, cells) in [([-1.0, 3.0], 13), ([-3.0, 5.0], 26)] {
-        for fine in 1..=3 {
+    let friction = 0.5;
+    for (ends, cells, most, load) in [
+        ([-1.0, 3.0], 13, 3, 0.02),
+        ([-3.0, 5.0], 26, 3, 0.02),
+        ([-1.0, 3.0], 13, 1, 0.01),
+        ([-1.0, 3.0], 13, 1, 0.005),
+    ] {
+        for fine in 1..=most {
             let lower = block(
                 [ends[0], -1.0, 0.0],
                 [ends[1], 0.0, 0.0],
@@ -526,13 +584,17 @@ fn a_sharp_block_is_dragged() {
                 }
                 // The block alone, sliding all over: what its mean slope makes of its load.
                 let by_slope = (1.0 + means[0] / friction) / (1.0 - friction * means[0]);
+                let share = pull / (friction * load);
                 println!(
-                    "slab {ends:?}, {fine} times as fine, way {way}: pull over friction times load {:.5}, by the slope {by_slope:.5}, \
+                    "load {load}, slab {ends:?}, {fine} times as fine, way {way}: pull over friction times load {share:.5}, by the slope {by_slope:.5}, \
                      energy {energy:.5e}, mean slope of the block {:.5}, of the slab {:.5}, stretch {:.5}",
-                    pull / (friction * load),
                     means[0],
                     means[1],
                     means[2]
+                );
+                assert!(
+                    (share - by_slope).abs() < 1e-4,
+                    "{share} {by_slope}"
                 );
             }
         }

@@ -59,7 +59,10 @@ impl StudyFile {
 
 /// A number, or text with a unit.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a number, true or false, or text such as \"10 mm\" is needed here"
+)]
 pub enum Bound {
     /// A whole number.
     Whole(i64),
@@ -205,7 +208,10 @@ pub enum MechanicsFile {
 
 /// Knowledge of a radius.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "\"known\", \"unknown\" or a list of the least and the greatest radius is needed here"
+)]
 pub enum RadiusFile {
     /// `known` or `unknown`.
     Word(String),

@@ -305,7 +305,7 @@ pub struct Header {
 /// # Errors
 /// A text that is no TOML, or without these keys.
 pub fn header(file: &str, text: &str) -> Result<Header, InputError> {
-    #[derive(serde::Deserialize)]
+    #[derive(serde::Deserialize, schemars::JsonSchema)]
     struct Head {
         schema: i64,
         sensor: String,

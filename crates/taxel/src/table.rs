@@ -247,9 +247,7 @@ fn for_people(columns: &[Column], rows: &[Vec<Cell>]) -> String {
     let mut lines: Vec<Vec<String>> = vec![columns.iter().map(Column::title).collect()];
     lines.extend(rows.iter().map(|row| {
         let cells = columns.iter().zip(row);
-        cells
-            .map(|(column, cell)| text_of(cell, |n| format!("{:.*}", column.decimals, n), column))
-            .collect()
+        cells.map(|(column, cell)| text_of(cell, column)).collect()
     }));
     let width = |index: usize| {
         lines
@@ -292,16 +290,22 @@ fn one_for_people(columns: &[Column], row: &[Cell]) -> String {
         .iter()
         .zip(row)
         .fold(String::new(), |mut text, (column, cell)| {
-            let value = text_of(cell, |n| format!("{:.*}", column.decimals, n), column);
+            let value = text_of(cell, column);
             text.push_str(format!("{:<width$}  {value}", column.title()).trim_end());
             text.push('\n');
             text
         })
 }
 
-fn text_of(cell: &Cell, number: impl Fn(f64) -> String, column: &Column) -> String {
+fn text_of(cell: &Cell, column: &Column) -> String {
     match cell {
-        Cell::Number(value) => number(column.shown(*value)),
+        Cell::Number(value) => {
+            let text = format!("{:.*}", column.decimals, column.shown(*value));
+            // What rounds to zero has no sign.
+            let unsigned = text.strip_prefix('-');
+            let zero = unsigned.filter(|digits| digits.bytes().all(|b| b"0.".contains(&b)));
+            zero.map(str::to_owned).unwrap_or(text)
+        }
         Cell::Whole(value) => value.to_string(),
         Cell::Text(text) => shown::text(text),
     }

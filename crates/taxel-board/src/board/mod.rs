@@ -121,7 +121,10 @@ impl Board {
     /// The first mistake at its word: of the TOML, of a key, and of rules between keys, such as
     /// two fields over the same bytes.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let description: BoardFile = toml_input::parse(file, text).map_err(wording::in_words)?;
+        let description: BoardFile = toml_input::parse(file, text).map_err(|error| {
+            let help = error.help.replace("`taxel schema`", "`taxel schema board`");
+            InputError { help, ..error }
+        })?;
         resolve::board(&description).map_err(|broken| {
             let path: Vec<&str> = broken.path.iter().map(String::as_str).collect();
             let error = toml_input::at_key(file, text, &path, &broken.message, &broken.help);

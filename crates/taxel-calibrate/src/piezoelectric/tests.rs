@@ -479,7 +479,7 @@ fn both_tables_make_one_calibration_that_live_touch_uses() {
         let twice = calibrator.calibrate_all(&same, &no_hold_out());
         assert!(twice.unwrap_err().to_string().contains("same kind"));
         for (from, to, message) in [
-            ("finder = \"", "finder = \"x", "unknown variant"),
+            ("finder = \"", "finder = \"x", "is not known here"),
             ("gain_deviation = ", "gain_deviation = -", "gain_deviation"),
             ("kernel = [", "kernel = [0.0, ", "kernel"),
             (

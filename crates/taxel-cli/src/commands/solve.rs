@@ -120,6 +120,9 @@ fn notes_of_steps(body: &Body) {
             steps.join(", ")
         );
     }
+    if let Some(strained) = body.beyond_small_strain() {
+        note!("note: {strained}");
+    }
     for name in body.untouched() {
         note!(
             "note: \"{name}\" touched nothing at the end of any step: its place, direction or way may be wrong"

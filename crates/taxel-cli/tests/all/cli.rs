@@ -142,7 +142,7 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
         (
             "mount = \"flat\"",
             "mount = \"bent\"",
-            &["array.mount", "unknown variant", "cylinder"],
+            &["array.mount", "is not known here", "cylinder"],
         ),
         ("schema = 2", "schema = 3", &["schema 3 is not known"]),
         (

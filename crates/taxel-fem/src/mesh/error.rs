@@ -88,7 +88,7 @@ pub enum MeshError {
     },
     /// Two boxes claim the same cell.
     #[error(
-        "boxes \"{first}\" and \"{second}\" both claim the cell at {place:?}; move one of them or give both one name"
+        "boxes \"{first}\" and \"{second}\" both claim the cell at {}; move one of them or give both one name", at(.place)
     )]
     Contradiction {
         /// Name of the earlier box.
@@ -108,7 +108,7 @@ pub enum MeshError {
     #[error("the voids leave no solid")]
     NothingLeft,
     /// Voids cut the solid.
-    #[error("the voids cut the solid in {pieces} pieces; one of them holds {place:?}")]
+    #[error("the voids cut the solid in {pieces} pieces; one of them holds {}", at(.place))]
     Pieces {
         /// Number of pieces.
         pieces: usize,
@@ -167,7 +167,7 @@ pub enum MeshError {
     },
     /// A cell is inside out or flat.
     #[error(
-        "cell {cell} of region \"{region}\" is inside out or flat at {place:?} (relative determinant {relative:.2e}, at least 1e-6 is needed), as are {cells} cells in all; move its nodes or turn its order"
+        "cell {cell} of region \"{region}\" is inside out or flat at {} (relative determinant {relative:.2e}, at least 1e-6 is needed), as are {cells} cells in all; move its nodes or turn its order", at(.place)
     )]
     Distorted {
         /// Number of the worst cell.
@@ -182,7 +182,7 @@ pub enum MeshError {
         cells: usize,
     },
     /// A node belongs to no cell.
-    #[error("node {node} at {place:?} belongs to no cell, as {nodes} nodes in all; leave them out")]
+    #[error("node {node} at {} belongs to no cell, as {nodes} nodes in all; leave them out", at(.place))]
     Unreferenced {
         /// Number of the first such node.
         node: u32,
@@ -193,7 +193,7 @@ pub enum MeshError {
     },
     /// Two nodes lie at one place.
     #[error(
-        "nodes {first} and {second} both lie at {place:?}, one of {pairs} such pairs; make them one unless the solid is cut there"
+        "nodes {first} and {second} both lie at {}, one of {pairs} such pairs; make them one unless the solid is cut there", at(.place)
     )]
     Coincident {
         /// One node.
@@ -230,6 +230,12 @@ pub(super) fn in_range(
             high,
         })
     }
+}
+
+/// A place, in the units of the mesh.
+fn at(place: &[f64]) -> String {
+    let coordinates: Vec<String> = place.iter().map(|x| format!("{x:.6e}")).collect();
+    format!("({})", coordinates.join(", "))
 }
 
 /// A range in words: without the ends of what a number can be.

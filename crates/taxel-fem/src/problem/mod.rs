@@ -22,8 +22,8 @@ pub use constraint::Constraint;
 pub use contact::{Contact, Obstacle, Pairing, Shape, SurfacePair, WallPoint, Walls};
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
-pub(crate) use rigid::free_part;
 pub use rigid::{FreeMotion, FreePart};
+pub(crate) use rigid::{free_part, rigid_part};
 pub use rigid_body::{RigidBody, RigidMotion};
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].

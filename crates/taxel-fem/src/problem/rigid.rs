@@ -18,6 +18,28 @@ pub enum FreeMotion {
     },
 }
 
+/// Turns of less than this share of a motion are none.
+const UNTURNED: f64 = 1e-6;
+
+impl FreeMotion {
+    /// The motion of these shares of the rigid motions, about the middle of a body in units of its
+    /// size.
+    fn of(shares: [f64; 6], (middle, size): ([f64; 3], f64)) -> Self {
+        let [x, y, z, turn @ ..] = shares;
+        let along = [x, y, z];
+        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let whole = length(turn);
+        if whole <= UNTURNED * length(along) {
+            return Self::Translation(along.map(|x| x / length(along)));
+        }
+        // The points that stay: turn x along / turn^2 from the middle.
+        let axis = turn.map(|x| x / whole);
+        let from = cross(axis, along.map(|x| x / whole));
+        let through = std::array::from_fn(|d| middle[d] + size * from[d]);
+        Self::Rotation { axis, through }
+    }
+}
+
 impl std::fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let vector = |v: &[f64; 3]| format!("({:.3e}, {:.3e}, {:.3e})", v[0], v[1], v[2]);
@@ -49,6 +71,14 @@ impl std::fmt::Display for FreeMotion {
 
 /// Share of a whole motion below which a support does not feel it.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// Share of a motion up to which it is not told: that of a part which strains it, and that of one
+/// rigid motion beside another.
+const UNTOLD: f64 = 0.1;
+
+/// A part slides on others if none of their nodes moves more than so many times as far as its own
+/// on the mean.
+const FARTHEST: f64 = 3.0;
 
 /// A part of the body that its supports leave free to move.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,13 +130,29 @@ fn parts(problem: &Problem) -> Vec<Option<u32>> {
 
 /// The first part of a body that its supports do not hold; none where all are held.
 pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
+    first_part(problem, &|of| free_motion(problem, of))
+}
+
+/// The first part that its supports do not hold and that these displacements of all nodes move as
+/// if it were rigid, with that motion.
+pub(crate) fn rigid_part(problem: &Problem, moved: &[[f64; 3]]) -> Option<FreePart> {
+    first_part(problem, &|of| {
+        free_motion(problem, of).and_then(|_| rigid_motion(problem, moved, of))
+    })
+}
+
+/// The first part of a body that has a motion.
+fn first_part(
+    problem: &Problem,
+    motion_of: &dyn Fn(&dyn Fn(u32) -> bool) -> Option<FreeMotion>,
+) -> Option<FreePart> {
     let parts = parts(problem);
     let mut roots: Vec<u32> = parts.iter().copied().flatten().collect();
     roots.sort_unstable();
     roots.dedup();
     roots.iter().find_map(|&part| {
         let of = |node: u32| parts[node as usize] == Some(part);
-        let motion = free_motion(problem, &of)?;
+        let motion = motion_of(&of)?;
         let mesh = &problem.mesh;
         let mut cells = 0..mesh.cell_count();
         let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
@@ -175,18 +221,67 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
         }
         reduce(&mut rows, row);
     }
-    let free = null_vector(&rows, motions)?;
-    let (along, turn) = ([free[0], free[1], free[2]], [free[3], free[4], free[5]]);
-    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let whole = length(turn);
-    if whole < 1e-6 {
-        return Some(FreeMotion::Translation(along.map(|x| x / length(along))));
+    Some(FreeMotion::of(null_vector(&rows, motions)?, (middle, size)))
+}
+
+/// The rigid motion that displacements give to the nodes of a part; none where they strain it, or
+/// move others much farther.
+fn rigid_motion(
+    problem: &Problem,
+    displacements: &[[f64; 3]],
+    of_part: &dyn Fn(u32) -> bool,
+) -> Option<FreeMotion> {
+    let mesh = &problem.mesh;
+    let (middle, size) = extent(mesh);
+    let nodes: Vec<u32> = (0..mesh.points.len() as u32)
+        .filter(|&n| of_part(n))
+        .collect();
+    let field = |of: &dyn Fn(usize) -> [f64; 3]| -> Vec<f64> {
+        nodes.iter().flat_map(|&n| of(n as usize)).collect()
+    };
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    // Motions of the nodes, orthonormal, each with its shares of the rigid motions.
+    let mut motions: Vec<([f64; 6], Vec<f64>)> = Vec::new();
+    for &motion in problem.kinematics.rigid_motions() {
+        let place = |n: usize| std::array::from_fn(|d| (mesh.points[n][d] - middle[d]) / size);
+        let (mut shares, mut own) = ([0.0; 6], field(&|n| moved(motion, place(n))));
+        shares[motion] = 1.0;
+        for (known_shares, known) in &motions {
+            let share = dot(known, &own);
+            shares = std::array::from_fn(|k| shares[k] - share * known_shares[k]);
+            own.iter_mut()
+                .zip(known)
+                .for_each(|(x, known)| *x -= share * known);
+        }
+        let length = dot(&own, &own).sqrt();
+        if length > NEGLIGIBLE {
+            let own = own.into_iter().map(|x| x / length).collect();
+            motions.push((shares.map(|x| x / length), own));
+        }
     }
-    // The points that stay: turn x along / turn^2 from the middle.
-    let axis = turn.map(|x| x / whole);
-    let from = cross(axis, along.map(|x| x / whole));
-    let through = std::array::from_fn(|d| middle[d] + size * from[d]);
-    Some(FreeMotion::Rotation { axis, through })
+    let found = field(&|n| displacements[n]);
+    let (mut rigid, mut shares) = (0.0, [0.0; 6]);
+    for (own, motion) in &motions {
+        let share = dot(motion, &found);
+        rigid += share * share;
+        shares = std::array::from_fn(|k| shares[k] + share * own[k]);
+    }
+    let whole = dot(&found, &found);
+    let squares = displacements.iter().map(|u| dot(u, u));
+    let farthest = squares.fold(0.0, f64::max);
+    let strains = whole - rigid > UNTOLD * UNTOLD * whole;
+    let small = whole * FARTHEST * FARTHEST < farthest * nodes.len() as f64;
+    let greatest = shares
+        .iter()
+        .fold(0.0, |most: f64, share| most.max(share.abs()));
+    let told = shares.map(|share| {
+        if share.abs() < UNTOLD * greatest {
+            0.0
+        } else {
+            share
+        }
+    });
+    (whole > 0.0 && !strains && !small).then(|| FreeMotion::of(told, (middle, size)))
 }
 
 /// True if a motion of a rigid body is one by force: nothing holds it.

@@ -142,7 +142,7 @@ pub enum Reason {
     },
     /// A part that only contacts can hold is not held by them.
     #[error(
-        "only a contact could hold {0}, and none does: it does not touch there, or not in that direction"
+        "only a contact could hold {0}, and none does: it does not touch there, not in that direction, or with too little friction"
     )]
     HeldByContact(FreePart),
     /// Surfaces moved farther in a step than their contact looks.
@@ -193,8 +193,8 @@ pub enum Reason {
         /// Undeformed place of that node.
         place: [f64; 3],
     },
-    /// A rough contact that lets the body jump again and again.
-    #[error("the body lost its equilibrium and jumped to another one {jumps} times under this load: its contact slips point by point{}", before(.inside_out.as_ref()))]
+    /// A body that jumps again and again.
+    #[error("the body lost its equilibrium and jumped to another one {jumps} times under this load{}", before(.inside_out.as_ref()))]
     KeepsJumping {
         /// Number of jumps.
         jumps: usize,
@@ -286,7 +286,7 @@ impl Reason {
                 "The law has left its range: use constants fitted to this strain, or a law that stiffens"
             }
             Self::KeepsJumping { .. } => {
-                "Less friction, or larger cells at the surface that slips; a rounder edge, or a contact between faces that fold onto each other, where a cell is inside out; go on from the last state with a shorter load"
+                "Where a contact slips point by point, less friction, or larger cells at its surface; a rounder edge, or a contact between faces that fold onto each other, where a cell is inside out; go on from the last state with a shorter load"
             }
             Self::Chatter { .. } => {
                 "Lower the contact stiffness or refine the touching surface; allow smaller steps or more iterations"

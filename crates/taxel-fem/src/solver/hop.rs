@@ -128,7 +128,9 @@ impl Solver {
 
     /// Accepts the equilibrium beyond a fold.
     pub(super) fn land(&mut self, beyond: Option<Beyond>) -> Option<(Step, [f64; 2])> {
-        let may = self.settings.jump_steps > 0 && !self.ear.asked() && !self.slides();
+        let settings = &self.settings;
+        let may = settings.jump_steps > 0 && self.jumps < settings.jumps;
+        let may = may && !self.ear.asked() && !self.slides();
         let beyond = beyond.filter(|_| may)?;
         self.restart(beyond.state, beyond.targets);
         Some((beyond.step, beyond.along))

@@ -22,9 +22,6 @@ const LAST: f64 = 1e-9;
 const FALLS: f64 = 0.4;
 const GROWS: f64 = 4.0;
 
-/// Jumps of one load after which there is no other.
-pub(super) const MOST: usize = 100;
-
 impl Solver {
     /// The equilibrium at these targets to which the body jumps from its last state; none if it comes
     /// to none, or may not jump, and the state stays.
@@ -41,7 +38,6 @@ impl Solver {
             self.restart(state, now);
             return None;
         };
-        self.jumps += 1;
         step.iterations = self.iterations - iterations;
         let ways = state.displacement.iter().zip(&self.state.displacement);
         let ways = ways.map(|(old, new)| {
@@ -74,8 +70,8 @@ impl Solver {
             Contact::Walls(_) => false,
         });
         let nodes_alone = problem.rigid_bodies.is_empty() && problem.constraints.is_empty();
-        let may = nodes_alone && self.iterative.is_none() && self.jumps < MOST;
-        lost && rough && may
+        let may = nodes_alone && self.iterative.is_none();
+        lost && rough && may && self.jumps < self.settings.jumps
     }
 
     fn creep(&mut self, targets: &[f64]) -> Option<Step> {

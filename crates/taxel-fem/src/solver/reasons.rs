@@ -1,27 +1,15 @@
 //! Why a solution could not go on, found at its last state.
 
 use super::failure::{Mode, Reason};
-use super::jump;
 use super::newton::{Missed, Solver, since_least};
 use super::small::{axpy, dot};
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
-use crate::mesh::quality::extreme_eigenvalues;
 use crate::problem::load::traction;
-use crate::problem::{Contact, FreePart, Parameter, Quantity, Rule, free_part};
-use crate::scalar::Tensor;
-use crate::solver::stress::{StressPoint, stress_points};
+use crate::problem::{Contact, FreePart, Parameter, Quantity, Rule, free_part, rigid_part};
+use crate::solver::stress::{StressPoint, extreme_stretches, stress_points};
 use crate::solver::volume::LeastVolume;
 use crate::sparse::LinearError;
-
-/// Greatest principal stretch, or the inverse of the least where that is greater.
-fn greatest_stretch(gradient: &Tensor<f64>) -> f64 {
-    let square: Tensor<f64> = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| gradient[k][i] * gradient[k][j]).sum())
-    });
-    let [least, most] = extreme_eigenvalues(&square);
-    most.max(1.0 / least).sqrt()
-}
 
 /// Points of the greatest stress that are looked at after a failure.
 const SUSPECTS: usize = 100;
@@ -56,7 +44,7 @@ impl Solver {
         }
         let inside_out = self.least_volume_ratio();
         let inside_out = inside_out.filter(|least| least.ratio <= 0.0);
-        if self.jumps >= jump::MOST {
+        if self.jumps > 0 && self.jumps >= self.settings.jumps {
             return Reason::KeepsJumping {
                 jumps: self.jumps,
                 inside_out,
@@ -87,32 +75,41 @@ impl Solver {
             !ellipticity(material, &point.gradient, point.pressure).holds()
         });
         if let Some(point) = lost {
+            let [least, most] = extreme_stretches(&point.gradient);
             return Reason::LostEllipticity {
                 cell: point.cell,
                 region: mesh.regions[mesh.region_of(point.cell)].clone(),
                 place: point.place,
-                stretch: greatest_stretch(&point.gradient),
+                stretch: most.max(1.0 / least),
             };
         }
-        let (found, place) = match self.gives_way(targets) {
-            Some((times, place, ahead)) if times > GIVES_WAY && self.turns(targets, &ahead) => {
-                (Reason::Limit { times, place }, Some(place))
+        let ahead = self.gives_way(targets);
+        let ahead = ahead.filter(|(times, ahead)| *times > GIVES_WAY && self.turns(targets, ahead));
+        let (found, motion) = match (ahead, reason) {
+            (Some((times, ahead)), _) => {
+                let motion = self.motion(&ahead);
+                let place = self.mode(&motion).place;
+                (Reason::Limit { times, place }, Some(motion))
             }
-            _ => match reason {
-                Reason::Unstable { .. } => {
-                    let mode = self.weakest_mode();
-                    (Reason::Unstable { mode }, mode.map(|mode| mode.place))
-                }
-                Reason::NotConverged { energies, .. } => {
-                    let reason = Reason::NotConverged {
-                        energies,
-                        inside_out,
-                    };
-                    (reason, None)
-                }
-                other => (other, None),
-            },
+            (None, Reason::Unstable { .. }) => {
+                let motion = self.weakest_motion();
+                let mode = motion.as_ref().map(|motion| self.mode(motion));
+                (Reason::Unstable { mode }, motion)
+            }
+            (None, Reason::NotConverged { energies, .. }) => {
+                let reason = Reason::NotConverged {
+                    energies,
+                    inside_out,
+                };
+                (reason, None)
+            }
+            (None, other) => (other, None),
         };
+        let slides = motion.as_ref();
+        if let Some(part) = slides.and_then(|motion| rigid_part(&self.problem, motion)) {
+            return Reason::HeldByContact(part);
+        }
+        let place = motion.map(|motion| self.mode(&motion).place);
         // What moves in a cell that is inside out is no motion of the body.
         let mesh = &self.problem.mesh;
         let own = |least: &LeastVolume| {
@@ -276,9 +273,8 @@ impl Solver {
     }
 
     /// How many times as fast as on the way so far the body would go on with its given
-    /// parameters, where it would go fastest, and that motion of its unknowns; none at rest, or where
-    /// nothing is given.
-    fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, [f64; 3], Vec<f64>)> {
+    /// parameters, and that motion of its unknowns; none at rest, or where nothing is given.
+    fn gives_way(&mut self, targets: &[f64]) -> Option<(f64, Vec<f64>)> {
         let moving = self.moving(targets);
         let size = |of: &dyn Fn(&(usize, f64)) -> f64| -> f64 {
             moving.iter().map(|k| of(k).powi(2)).sum::<f64>().sqrt()
@@ -297,16 +293,11 @@ impl Solver {
         let ahead = self.solve(&assembled, &load).ok()?;
         let so_far = self.system.unknown_part(&self.state.displacement);
         let times = length(&ahead) / next / (length(&so_far) / gone);
-        let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
-        let parameters = vec![0.0; self.problem.rules().len()];
-        self.system.displace(&mut moved, &ahead, &parameters);
-        let fastest =
-            (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])));
-        Some((times, self.problem.mesh.points[fastest?], ahead))
+        Some((times, ahead))
     }
 
     /// The motion with the least stiffness at the accepted state, by inverse iteration.
-    fn weakest_mode(&mut self) -> Option<Mode> {
+    fn weakest_motion(&mut self) -> Option<Vec<[f64; 3]>> {
         let assembled = self.assemble(&self.state.clone()).ok()?;
         self.renew(&assembled).ok()?;
         // Any start that is no motion of its own, and the same each time.
@@ -321,16 +312,33 @@ impl Solver {
                 *x /= size;
             }
         }
+        let motion = self.motion(&shape);
+        motion.iter().any(|u| length(u) > 0.0).then_some(motion)
+    }
+
+    /// The motion of all nodes with these unknowns, at fixed parameters.
+    fn motion(&self, unknowns: &[f64]) -> Vec<[f64; 3]> {
         let mut moved = vec![[0.0; 3]; self.state.displacement.len()];
         let parameters = vec![0.0; self.problem.rules().len()];
-        self.system.displace(&mut moved, &shape, &parameters);
-        let most =
-            (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])))?;
-        let size = length(&moved[most]);
-        (size > 0.0).then(|| Mode {
-            place: self.problem.mesh.points[most],
-            direction: moved[most].map(|x| x / size),
-        })
+        self.system.displace(&mut moved, unknowns, &parameters);
+        moved
+    }
+
+    /// Where a motion is greatest, and its direction there.
+    fn mode(&self, motion: &[[f64; 3]]) -> Mode {
+        let places = self.problem.mesh.points.iter().zip(motion);
+        let first = (&[0.0; 3], &[0.0; 3]);
+        let (place, most) = places.fold(first, |most, own| {
+            if length(own.1) > length(most.1) {
+                own
+            } else {
+                most
+            }
+        });
+        Mode {
+            place: *place,
+            direction: most.map(|x| x / length(most)),
+        }
     }
 
     /// The reason of a volume that has no room.

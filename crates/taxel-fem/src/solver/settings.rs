@@ -47,6 +47,8 @@ pub struct Settings {
     /// have none nearby. Rigid bodies, constraints and an iterative solver do not creep. With 0 no
     /// jump is accepted, neither by a creep nor by a step that hops over a fold.
     pub jump_steps: usize,
+    /// Jumps under one load after which the solution ends.
+    pub jumps: usize,
     /// Under given loads only stable equilibria are accepted: beyond a limit point the
     /// iteration may find another one far away.
     pub stable: bool,
@@ -72,6 +74,7 @@ impl Default for Settings {
             multipliers: Multipliers::Automatic,
             whole_cells: false,
             jump_steps: 200,
+            jumps: 100,
             stable: true,
             elimination: ELIMINATION_RATIO,
         }

@@ -127,6 +127,7 @@ impl Solver {
                 }
             };
             gone = end;
+            self.jumps += usize::from(step.jump.is_some());
             beyond = beyond.filter(|beyond: &Beyond| beyond.along[0] > gone);
             step.fraction = gone;
             // Rounds of multipliers say nothing of the size of the step.

@@ -3,6 +3,7 @@
 use super::small::{dot, solve_small};
 use crate::assembly::state::State;
 use crate::mesh::CellShape;
+use crate::mesh::quality::extreme_eigenvalues;
 use crate::problem::Kinematics;
 use crate::problem::Problem;
 use crate::scalar::{Symmetric, Tensor, determinant, inverse};
@@ -24,6 +25,22 @@ pub struct StressPoint {
     pub von_mises: f64,
     /// Undeformed volume that the point stands for.
     pub volume: f64,
+}
+
+impl StressPoint {
+    /// The principal strain `l - 1` of the greatest amount.
+    pub fn strain(&self) -> f64 {
+        let [least, most] = extreme_stretches(&self.gradient).map(|stretch| stretch - 1.0);
+        if -least > most { least } else { most }
+    }
+}
+
+/// Least and greatest principal stretch.
+pub(super) fn extreme_stretches(gradient: &Tensor<f64>) -> [f64; 2] {
+    let square: Tensor<f64> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| (0..3).map(|k| gradient[k][i] * gradient[k][j]).sum())
+    });
+    extreme_eigenvalues(&square).map(f64::sqrt)
 }
 
 /// Stress at every quadrature point (without what a solid with memory carries over).

@@ -157,7 +157,7 @@ impl Faults {
     /// # Errors
     /// The first mistake with its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let faults: Self = toml_input::parse(file, text)?;
+        let faults: Self = toml_input::parse_up_to(toml_input::LARGEST, file, text)?;
         match faults.mistake() {
             None => Ok(faults),
             Some((path, message, help)) => {

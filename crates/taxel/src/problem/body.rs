@@ -9,7 +9,7 @@ use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Valu
 use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Jump, Multipliers, Solver, Step};
-use taxel_fem::solver::stress::{nodal_stress, von_mises};
+use taxel_fem::solver::stress::{StressPoint, nodal_stress, stress_points, von_mises};
 
 use super::build::{self, component, letter, turns};
 use super::description::{self, Compressibility, Geometry, Prescribed, ProblemFile};
@@ -23,6 +23,10 @@ const FROM: [f64; 3] = [1.0, -2.0, 1.0];
 
 /// First way over the size of a body that an obstacle is moved to press.
 const SEAT: f64 = 1e-5;
+
+/// Greatest strain of a `linear_elastic` solid without a note: in tension its stress departs from
+/// Hooke's law by 1.5 times the strain.
+const SMALL_STRAIN: f64 = 0.05;
 
 /// End of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +72,8 @@ pub struct Body {
     effort: Effort,
     /// Jumps of the present step.
     jumps: Vec<Jump>,
+    /// The step with the greatest strain of a `linear_elastic` solid, and where.
+    strained: Option<(usize, StressPoint)>,
 }
 
 impl Body {
@@ -99,6 +105,7 @@ impl Body {
                 .collect(),
             effort: Effort::default(),
             jumps: Vec::new(),
+            strained: None,
             file,
         };
         let options = body.file.solver;
@@ -201,6 +208,45 @@ impl Body {
         untouched.map(String::as_str).collect()
     }
 
+    /// Keeps the greatest strain of solids whose law is one of small strain.
+    fn compare_strain(&mut self) {
+        let linear = |name: &String| {
+            let mut materials = self.file.material.iter();
+            let of = materials.find(|material| material.regions.contains(name));
+            of.is_some_and(|material| matches!(material.law, description::Law::LinearElastic(_)))
+        };
+        let problem = self.solver.problem();
+        let linear: Vec<bool> = problem.mesh.regions.iter().map(linear).collect();
+        if !linear.contains(&true) {
+            return;
+        }
+        let points = stress_points(problem, self.solver.state());
+        let points = points.filter(|point| linear[problem.mesh.region_of(point.cell)]);
+        let amount = |point: &StressPoint| point.strain().abs();
+        let most = points.max_by(|a, b| amount(a).total_cmp(&amount(b)));
+        let most = most.map(|point| (self.done, point));
+        let known = self.strained.map_or(0.0, |(_, known)| amount(&known));
+        self.strained = most
+            .filter(|(_, point)| amount(point) > known)
+            .or(self.strained);
+    }
+
+    /// A note of a `linear_elastic` solid that was strained by more than its law is meant for in a
+    /// step since the start or the resumption.
+    pub fn beyond_small_strain(&self) -> Option<String> {
+        let (step, point) = self.strained.as_ref()?;
+        let strain = point.strain();
+        let mesh = &self.solver.problem().mesh;
+        (strain.abs() > SMALL_STRAIN).then(|| {
+            format!(
+                "after step {step} \"{}\" is strained by {:.0} % near {}: linear_elastic is a law of a few per cent; give it one of large strain, such as neo_hookean",
+                mesh.regions[mesh.region_of(point.cell)],
+                100.0 * strain,
+                build::in_mm(point.place)
+            )
+        })
+    }
+
     /// Number of steps.
     pub fn steps(&self) -> usize {
         self.steps.len()
@@ -265,6 +311,7 @@ impl Body {
         let row = self.values().map_err(Failure::at_start)?;
         self.rows.push(row);
         self.done += 1;
+        self.compare_strain();
         Ok(Ended::Done)
     }
 

@@ -72,6 +72,27 @@ pub(super) fn connected(mesh: &Mesh, regions: &[&str], from: &[u32], to: &[u32])
     to.iter().any(|&node| begins.contains(&parts.root(node)))
 }
 
+/// The first group of nodes of electrodes that no field links to another of them, over common nodes of
+/// these regions and over floating conductors; ground is a group like an electrode.
+pub(super) fn isolated(
+    mesh: &Mesh,
+    regions: &[&str],
+    electrodes: &[Vec<u32>],
+    floating: &[Vec<u32>],
+) -> Option<usize> {
+    let fills = |region: usize| regions.contains(&mesh.regions[region].as_str());
+    let mut parts = Parts::of_cells(mesh, fills);
+    for nodes in electrodes.iter().chain(floating) {
+        nodes.iter().for_each(|&node| parts.join(nodes[0], node));
+    }
+    let roots = electrodes
+        .iter()
+        .map(|nodes| Some(parts.root(*nodes.first()?)));
+    let roots: Vec<Option<u32>> = roots.collect();
+    let alone = |root: &Option<u32>| roots.iter().filter(|other| *other == root).count() == 1;
+    roots.iter().position(alone)
+}
+
 /// What is solved on both sides of two surfaces without common nodes, and does not pass from one to
 /// the other: a field or a current. `names` are those of the surfaces.
 pub(super) fn stopped(

@@ -1,13 +1,30 @@
 //! The problem file as its text describes it.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
 use crate::mechanics::{LinearElastic, MooneyRivlin};
 use crate::quantity::{
     self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
     PositiveResistivity, PositiveStress, Ratio, RelativePermittivity,
 };
+
+/// Two names, no more and no fewer.
+fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 2], D::Error> {
+    Vec::deserialize(deserializer)?
+        .try_into()
+        .map_err(|names: Vec<String>| {
+            let found = names.len();
+            D::Error::custom(format!("the list has {found} names; exactly 2 are needed"))
+        })
+}
+
+fn optional_pair<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[String; 2]>, D::Error> {
+    pair(deserializer).map(Some)
+}
 
 /// A body as its file describes it: mesh, solids, supports, loads and what is asked for.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -334,6 +351,7 @@ pub struct Rigid {
 pub struct Constraint {
     /// Physical groups of two surfaces with the same mesh, one shifted from the other: each point
     /// of the second moves as the one of the first opposite to it.
+    #[serde(default, deserialize_with = "optional_pair")]
     pub periodic: Option<[String; 2]>,
     /// A surface whose mean displacement along an axis is given.
     pub mean: Option<MeanAlong>,
@@ -495,6 +513,7 @@ pub struct Contact {
     pub name: String,
     /// Physical groups of the two surfaces, the one with the finer mesh first; the same one twice
     /// for a surface that touches itself, such as the wall of a channel.
+    #[serde(deserialize_with = "pair")]
     pub surfaces: [String; 2],
     /// Coefficient of friction (Coulomb); 0 without.
     #[serde(deserialize_with = "quantity::one::<Ratio, _>")]
@@ -518,6 +537,7 @@ pub struct Contact {
 pub struct Tie {
     /// Physical groups of the two surfaces, the one with the finer mesh first. The second has to
     /// cover the first, within 0.1 of the mean side of a cell.
+    #[serde(deserialize_with = "pair")]
     pub surfaces: [String; 2],
 }
 

@@ -54,12 +54,16 @@ pub(super) fn capacitances(
     let count = asked.electrodes.len();
     let mut values = Vec::new();
     for i in 0..count {
-        values.extend((i + 1..count).map(|j| found.mutual(i, j) * file.depth()));
+        values.extend((i + 1..count).map(|j| found.mutual(i, j)));
     }
     if !asked.ground.is_empty() {
-        values.extend((0..count).map(|i| found.to_ground(i) * file.depth()));
+        values.extend((0..count).map(|i| found.to_ground(i)));
     }
-    Ok(values)
+    // A zero has no sign.
+    Ok(values
+        .into_iter()
+        .map(|value| value * file.depth() + 0.0)
+        .collect())
 }
 
 /// Names of these capacitances.

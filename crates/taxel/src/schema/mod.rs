@@ -2,11 +2,18 @@
 //! keys.
 
 mod editor;
+mod forms;
 mod reference;
 
 /// The schema of `T` for editors and validators, JSON that ends with a line feed.
 pub fn json_schema<T: schemars::JsonSchema>() -> String {
     editor::text::<T>()
+}
+
+/// The tables and names that the value of a key of the file that `T` reads may be, as an
+/// instruction; `path` has the names and indices of the key. None for plain values.
+pub(crate) fn forms<T: schemars::JsonSchema>(path: &[&str]) -> Option<String> {
+    forms::at(schemars::schema_for!(T).as_value(), path)
 }
 
 /// The reference of the file that `T` reads, Markdown that begins with `head`: every key with

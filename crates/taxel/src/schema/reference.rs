@@ -224,7 +224,7 @@ impl<'a> Page<'a> {
 }
 
 /// Follows a reference; what may be missing is what it is when it is there.
-fn resolved<'a>(definitions: &'a Value, node: &'a Value) -> &'a Value {
+pub(super) fn resolved<'a>(definitions: &'a Value, node: &'a Value) -> &'a Value {
     let node = match node["anyOf"].as_array() {
         Some(options) => options
             .iter()
@@ -238,7 +238,7 @@ fn resolved<'a>(definitions: &'a Value, node: &'a Value) -> &'a Value {
     }
 }
 
-fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
+pub(super) fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
     let properties = table["properties"].as_object();
     properties
         .into_iter()
@@ -247,7 +247,7 @@ fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
 }
 
 /// True if exactly one of several named values is needed.
-fn is_choice(shape: &Value) -> bool {
+pub(super) fn is_choice(shape: &Value) -> bool {
     shape["oneOf"].as_array().is_some_and(|variants| {
         variants
             .iter()
@@ -299,7 +299,7 @@ fn kind(shape: &Value) -> Option<&str> {
 }
 
 /// A small table, written in braces; a text in its quotes.
-fn braces(table: &Value) -> String {
+pub(super) fn braces(table: &Value) -> String {
     if kind(table) == Some("string") {
         return String::from("\"…\"");
     }

@@ -238,6 +238,60 @@ const MISTAKES: &[Mistake] = &[
     ),
     (
         "dome",
+        "regions = [\"silicone\"]\npermittivity = 2.8",
+        "regions = []\npermittivity = 2.8",
+        &[
+            "capacitance.dielectric",
+            "region \"silicone\" has no permittivity",
+        ],
+    ),
+    (
+        "fingertip",
+        "{ plane_strain = { depth = \"15 mm\" } }",
+        "\"plane_strain\"",
+        &[
+            "geometry",
+            "keys of its own",
+            "write one of: { plane_strain = { depth = … } }; \"axisymmetric\"; \"solid\"",
+        ],
+    ),
+    (
+        "fingertip",
+        "{ plane_strain = { depth = \"15 mm\" } }",
+        "{ plane_stress = {} }",
+        &[
+            "\"plane_stress\" is not known here",
+            "write one of: { plane_strain",
+        ],
+    ),
+    (
+        "dome",
+        "{ neo_hookean = { shear_modulus = \"60 kPa\" } }",
+        "{ neo_hookean = \"60 kPa\" }",
+        &[
+            "material.0.law.neo_hookean",
+            "a table is needed here, not the text \"60 kPa\"",
+            "write { shear_modulus = … }",
+        ],
+    ),
+    (
+        "dome",
+        "\"incompressible\"",
+        "0.5",
+        &[
+            "material.0.compressibility",
+            "text or a table is needed here",
+            "\"incompressible\"; { quadratic = { bulk_modulus = … } }",
+        ],
+    ),
+    (
+        "dome",
+        "[output]",
+        "[[contact]]\nname = \"c\"\nsurfaces = [\"skin\", \"base\", \"axis\"]\nfriction = 0\n[output]",
+        &["contact.0.surfaces", "3 names; exactly 2 are needed"],
+    ),
+    (
+        "dome",
         "displacements = [\"tip\"]",
         "displacements = [\"skin\"]",
         &["nodes, not one"],
@@ -844,8 +898,24 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
     ] {
         assert!(message.contains(part), "{message}");
     }
+    let message = refused(&format!("{TWO_BLOCKS}{TOUCHING}{field}"));
+    for part in [
+        "capacitance.electrodes.0",
+        "no dielectric leads from \"upper_top\"",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    // Each electrode has its own partner.
+    let field = field.replace(
+        "\"upper_top\", \"lower_bottom\"",
+        "\"upper_left\", \"upper_right\", \"lower_left\", \"lower_right\"",
+    );
     let text = format!("{TWO_BLOCKS}{TOUCHING}{field}");
     let touching = body("problem.toml", &text, mesh.as_bytes()).unwrap();
+    let [across] = column(&touching, "capacitance_upper_left_lower_left")[..] else {
+        panic!("one row");
+    };
+    assert!(across == 0.0 && across.is_sign_positive(), "{across}");
     let notes = touching.notes().join(
         "
 ",
@@ -1324,6 +1394,27 @@ fn odd_problems_are_noted() {
     };
     assert!(
         note.contains("9.0000 mm off the axis of revolution, so it is a ring"),
+        "{note}"
+    );
+    // A law of small strain.
+    let strained = |way: &str| {
+        let text = PRESSED
+            .replace(
+                "{ neo_hookean = { shear_modulus = \"100 kPa\" } }",
+                "{ linear_elastic = { young_modulus = \"200 kPa\", poisson_ratio = 0.3 } }",
+            )
+            .replace(
+                "compressibility = { quadratic = { bulk_modulus = \"1 MPa\" } }\n",
+                "",
+            )
+            .replace("-0.2 mm", way);
+        solved(&text, SQUARE.as_bytes()).beyond_small_strain()
+    };
+    assert_eq!(strained("-0.01 mm"), None);
+    let note = strained("-0.4 mm").unwrap();
+    assert!(
+        note.contains("after step 1 \"rubber\" is strained by -")
+            && note.contains(" mm: linear_elastic"),
         "{note}"
     );
     // A gap under a lifted base, down to where its volume is measured from.

@@ -1,32 +1,45 @@
 //! TOML files with mistakes shown under the very word.
 
+mod wording;
+
 use std::ops::Range;
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
 use crate::quantity::HELP;
+use crate::schema;
 use taxel_recording::InputError;
 
 /// Largest description that is read, bytes: a guard against a wrong file.
-const LARGEST: usize = 1 << 20;
+pub const LARGEST: usize = 1 << 20;
 
 /// Parses a description.
 ///
 /// # Errors
-/// The first mistake, at its place, with the key and what to do.
-pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, InputError> {
-    parse_up_to(LARGEST, file, text)
+/// The first mistake, at its place, with the key and what to do: where a table or one of several
+/// names is needed, with those that the schema of the file knows.
+pub fn parse<T: DeserializeOwned + JsonSchema>(file: &str, text: &str) -> Result<T, InputError> {
+    read((LARGEST, file, text), schema::forms::<T>)
 }
 
 /// Parses a file of at most `largest` bytes.
 ///
 /// # Errors
-/// As [`parse`], and for a longer file.
+/// The first mistake, at its place, with the key and what to do; a longer file.
 pub fn parse_up_to<T: DeserializeOwned>(
     largest: usize,
     file: &str,
     text: &str,
+) -> Result<T, InputError> {
+    read((largest, file, text), |_| None)
+}
+
+/// Parses a file; `forms` knows what the value of a key may be.
+fn read<T: DeserializeOwned>(
+    (largest, file, text): (usize, &str, &str),
+    forms: impl Fn(&[&str]) -> Option<String>,
 ) -> Result<T, InputError> {
     if text.len() > largest {
         let message = format!(
@@ -48,6 +61,20 @@ pub fn parse_up_to<T: DeserializeOwned>(
                 .key(key)
                 .help(format!("write it in brackets: [{given}]"));
         }
+        let path: Vec<&str> = key.split('.').collect();
+        let (message, forms) = match wording::in_words(message) {
+            Some(words) => (words, forms(&path)),
+            None => match wording::of_choice(message) {
+                // The key of a table that is not known is beside those which are.
+                Some([found, known]) => {
+                    let beside = path.split_last().and_then(|(_, parent)| forms(parent));
+                    let known = format!("write one of: {known}");
+                    (found, forms(&path).or(beside).or(Some(known)))
+                }
+                None => (message.to_owned(), None),
+            },
+        };
+        let help = forms.unwrap_or_else(|| help.to_owned());
         InputError::at(file, text, span, message)
             .key(key)
             .help(help)
