@@ -202,6 +202,62 @@ fn a_part_that_only_a_contact_could_hold_is_named() {
 }
 
 #[test]
+fn a_part_that_slides_is_named_with_its_motion() {
+    let axis = |from: f64, to: f64, cells: usize| Axis::uniform(from, to, cells).unwrap();
+    let lower = Grid2::new([axis(0.0, 20.0, 9), axis(-5.0, 0.0, 3)], "rubber");
+    let upper = Grid2::new([axis(5.0, 13.0, 5), axis(0.0, 4.0, 3)], "rubber");
+    let (lower, upper) = (lower.mesh().unwrap(), upper.mesh().unwrap());
+    let mesh = Mesh::joined(&[("lower", &lower), ("upper", &upper)], |_| false);
+    // Pressed by a way on smooth surfaces or by a load on rough ones, and pulled by more than they hold.
+    for (friction, targets) in [
+        (0.0, [[0.1, 0.0], [0.1, 0.02]]),
+        (0.3, [[0.05, 0.0], [0.05, 0.05]]),
+    ] {
+        let mut problem = Problem::new(mesh.clone(), Kinematics::PlaneStrain).unwrap();
+        problem.materials = vec![rubber(); 2];
+        problem.clamp("lower_bottom").unwrap();
+        let press = problem.parameter("press", Rule::Given);
+        let pull = problem.parameter("pull", Rule::Given);
+        let mut load = |name: &str, direction: [f64; 3], parameter| {
+            let surface = problem.surface(name).unwrap();
+            let forces = traction(&problem.mesh, problem.kinematics, &surface, |_| direction);
+            problem.dead_loads.push(DeadLoad { forces, parameter });
+        };
+        load("upper_left", [1.0, 0.0, 0.0], pull);
+        if friction == 0.0 {
+            problem
+                .support("upper_top", 1, Motion::Driven(press, -1.0))
+                .unwrap();
+        } else {
+            load("upper_top", [0.0, -1.0, 0.0], press);
+        }
+        let surfaces = ["upper_bottom", "lower_top"].map(|name| problem.surface(name).unwrap());
+        let mut pair = SurfacePair::new(&problem.mesh, surfaces, 1.0);
+        pair.friction = friction;
+        problem.contacts.push(Contact::Surfaces(pair));
+        let mut solver = Solver::new(problem).unwrap();
+        let ended: Result<Vec<()>, Failure> = targets
+            .iter()
+            .map(|targets| solver.load_to(targets, |_, _| Continue::Yes))
+            .collect();
+        let Err(failure) = ended else {
+            panic!("{friction}: it is held");
+        };
+        let Reason::HeldByContact(ref part) = failure.reason else {
+            panic!("{friction}: {failure}");
+        };
+        assert_eq!(part.motion, FreeMotion::Translation([1.0, 0.0, 0.0]));
+        let named = part.region.as_ref().map(|part| part.0.as_str());
+        assert_eq!(named, Some("upper_rubber"), "{failure}");
+        if friction > 0.0 {
+            // Its load times the friction over its left side.
+            let held = 0.3 * 0.05 * 8.0 / (0.05 * 4.0);
+            assert!((failure.fraction / held - 1.0).abs() < 0.02, "{failure}");
+        }
+    }
+}
+
+#[test]
 fn a_part_of_several_that_nothing_holds_is_named() {
     let axis = || Axis::uniform(0.0, 1.0, 1).unwrap();
     let lower = Grid2::new([axis(), axis()], "rubber").mesh().unwrap();

@@ -588,14 +588,9 @@ fn a_sharp_block_is_dragged() {
                 println!(
                     "load {load}, slab {ends:?}, {fine} times as fine, way {way}: pull over friction times load {share:.5}, by the slope {by_slope:.5}, \
                      energy {energy:.5e}, mean slope of the block {:.5}, of the slab {:.5}, stretch {:.5}",
-                    means[0],
-                    means[1],
-                    means[2]
+                    means[0], means[1], means[2]
                 );
-                assert!(
-                    (share - by_slope).abs() < 1e-4,
-                    "{share} {by_slope}"
-                );
+                assert!((share - by_slope).abs() < 1e-4, "{share} {by_slope}");
             }
         }
     }

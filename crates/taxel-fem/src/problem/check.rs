@@ -28,7 +28,7 @@ impl Problem {
         self.check_loads()?;
         self.check_rules()?;
         // A contact may hold the body.
-        match free_part(self).filter(|_| self.contacts.is_empty()) {
+        match free_part(self, &[]).filter(|_| self.contacts.is_empty()) {
             Some(part) => Err(ProblemError::NotFixed(part)),
             None => Ok(()),
         }

@@ -23,7 +23,7 @@ pub use contact::{Contact, Obstacle, Pairing, Shape, SurfacePair, WallPoint, Wal
 pub use kinematics::Kinematics;
 pub use load::{DeadLoad, Pressure};
 pub use rigid::{FreeMotion, FreePart};
-pub(crate) use rigid::{free_part, rigid_part};
+pub(crate) use rigid::{Hold, free_part};
 pub use rigid_body::{RigidBody, RigidMotion};
 
 /// A scalar that drives loads; numbered in the order of [`Problem::parameter`].

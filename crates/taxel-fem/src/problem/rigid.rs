@@ -1,7 +1,7 @@
 //! Rigid motions of a body that its supports do not hold.
 
 use super::load::cross;
-use super::{Motion, Problem, Quantity, Rule};
+use super::{Contact, Motion, Problem, Quantity, Rule};
 use crate::mesh::{Mesh, Parts};
 
 /// A rigid motion that nothing holds.
@@ -16,28 +16,6 @@ pub enum FreeMotion {
         /// A point of the axis, m.
         through: [f64; 3],
     },
-}
-
-/// Turns of less than this share of a motion are none.
-const UNTURNED: f64 = 1e-6;
-
-impl FreeMotion {
-    /// The motion of these shares of the rigid motions, about the middle of a body in units of its
-    /// size.
-    fn of(shares: [f64; 6], (middle, size): ([f64; 3], f64)) -> Self {
-        let [x, y, z, turn @ ..] = shares;
-        let along = [x, y, z];
-        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let whole = length(turn);
-        if whole <= UNTURNED * length(along) {
-            return Self::Translation(along.map(|x| x / length(along)));
-        }
-        // The points that stay: turn x along / turn^2 from the middle.
-        let axis = turn.map(|x| x / whole);
-        let from = cross(axis, along.map(|x| x / whole));
-        let through = std::array::from_fn(|d| middle[d] + size * from[d]);
-        Self::Rotation { axis, through }
-    }
 }
 
 impl std::fmt::Display for FreeMotion {
@@ -72,14 +50,6 @@ impl std::fmt::Display for FreeMotion {
 /// Share of a whole motion below which a support does not feel it.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Share of a motion up to which it is not told: that of a part which strains it, and that of one
-/// rigid motion beside another.
-const UNTOLD: f64 = 0.1;
-
-/// A part slides on others if none of their nodes moves more than so many times as far as its own
-/// on the mean.
-const FARTHEST: f64 = 3.0;
-
 /// A part of the body that its supports leave free to move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreePart {
@@ -103,8 +73,16 @@ impl std::fmt::Display for FreePart {
     }
 }
 
-/// The part of each node: nodes of one cell, of one rigid body and of one constraint are of one
-/// part. Nodes of no cell have none.
+/// What a contact holds of the parts at its surfaces.
+pub(crate) struct Hold {
+    /// Nodes of its surfaces.
+    pub(crate) nodes: Vec<u32>,
+    /// Undeformed places at which it presses, each with a direction along which nothing moves there.
+    pub(crate) directions: Vec<[[f64; 3]; 2]>,
+}
+
+/// The part of each node: nodes of one cell, of one rigid body, of one constraint and of one tie are
+/// of one part. Nodes of no cell have none.
 fn parts(problem: &Problem) -> Vec<Option<u32>> {
     let mesh = &problem.mesh;
     let mut parts = Parts::of_cells(mesh, |_| true);
@@ -123,36 +101,30 @@ fn parts(problem: &Problem) -> Vec<Option<u32>> {
         let terms = constraint.terms.iter();
         terms.for_each(|((node, _), _)| parts.join(constraint.dependent.0, *node));
     }
+    for contact in &problem.contacts {
+        let Contact::Walls(walls) = contact else {
+            continue;
+        };
+        for point in walls.points.iter().filter(|point| point.is_bound()) {
+            let nodes = point.nodes.iter();
+            nodes.for_each(|&node| parts.join(point.nodes[0], node));
+        }
+    }
     (0..mesh.points.len() as u32)
         .map(|node| used[node as usize].then(|| parts.root(node)))
         .collect()
 }
 
-/// The first part of a body that its supports do not hold; none where all are held.
-pub(crate) fn free_part(problem: &Problem) -> Option<FreePart> {
-    first_part(problem, &|of| free_motion(problem, of))
-}
-
-/// The first part that its supports do not hold and that these displacements of all nodes move as
-/// if it were rigid, with that motion.
-pub(crate) fn rigid_part(problem: &Problem, moved: &[[f64; 3]]) -> Option<FreePart> {
-    first_part(problem, &|of| {
-        free_motion(problem, of).and_then(|_| rigid_motion(problem, moved, of))
-    })
-}
-
-/// The first part of a body that has a motion.
-fn first_part(
-    problem: &Problem,
-    motion_of: &dyn Fn(&dyn Fn(u32) -> bool) -> Option<FreeMotion>,
-) -> Option<FreePart> {
+/// The first part of a body that neither its supports nor these contacts hold; none where all are
+/// held.
+pub(crate) fn free_part(problem: &Problem, holds: &[Hold]) -> Option<FreePart> {
     let parts = parts(problem);
     let mut roots: Vec<u32> = parts.iter().copied().flatten().collect();
     roots.sort_unstable();
     roots.dedup();
     roots.iter().find_map(|&part| {
         let of = |node: u32| parts[node as usize] == Some(part);
-        let motion = motion_of(&of)?;
+        let motion = free_motion(problem, holds, &of)?;
         let mesh = &problem.mesh;
         let mut cells = 0..mesh.cell_count();
         let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
@@ -164,18 +136,22 @@ fn first_part(
     })
 }
 
-/// A rigid motion that moves no held or driven component of a node of a part; none where all are
-/// held.
-fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeMotion> {
+/// A rigid motion that moves no held or driven component of a node of a part, and nothing along a
+/// direction that a contact holds; none where all are held.
+fn free_motion(
+    problem: &Problem,
+    holds: &[Hold],
+    of_part: &dyn Fn(u32) -> bool,
+) -> Option<FreeMotion> {
     let mesh = &problem.mesh;
     let (middle, size) = extent(mesh);
+    let scaled = |x: [f64; 3]| std::array::from_fn(|d| (x[d] - middle[d]) / size);
     let motions = problem.kinematics.rigid_motions();
     // Rows of a triangle: a motion that all of them leave out is free.
     let mut rows: Vec<[f64; 6]> = Vec::new();
     for support in &problem.supports {
         for &node in support.nodes.iter().filter(|&&node| of_part(node)) {
-            let x: [f64; 3] =
-                std::array::from_fn(|d| (mesh.points[node as usize][d] - middle[d]) / size);
+            let x = scaled(mesh.points[node as usize]);
             let mut row = [0.0; 6];
             for &motion in motions {
                 row[motion] = moved(motion, x)[support.component];
@@ -188,7 +164,7 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
     }
     for body in &problem.rigid_bodies {
         let own = body.nodes.iter().filter(|&&node| of_part(node)).count();
-        let x: [f64; 3] = std::array::from_fn(|d| (body.point[d] - middle[d]) / size);
+        let x = scaled(body.point);
         for (number, of_body) in body.motions().enumerate() {
             // One node alone passes on no turn.
             if free_of_force(problem, of_body) || own == 0 || number > 2 && own == 1 {
@@ -209,10 +185,7 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
         if !of_part(dependent) {
             continue;
         }
-        let at = |node: u32| {
-            let x = mesh.points[node as usize];
-            std::array::from_fn(|d| (x[d] - middle[d]) / size)
-        };
+        let at = |node: u32| scaled(mesh.points[node as usize]);
         let mut row = [0.0; 6];
         for &motion in motions {
             let terms = constraint.terms.iter();
@@ -221,67 +194,31 @@ fn free_motion(problem: &Problem, of_part: &dyn Fn(u32) -> bool) -> Option<FreeM
         }
         reduce(&mut rows, row);
     }
-    Some(FreeMotion::of(null_vector(&rows, motions)?, (middle, size)))
-}
-
-/// The rigid motion that displacements give to the nodes of a part; none where they strain it, or
-/// move others much farther.
-fn rigid_motion(
-    problem: &Problem,
-    displacements: &[[f64; 3]],
-    of_part: &dyn Fn(u32) -> bool,
-) -> Option<FreeMotion> {
-    let mesh = &problem.mesh;
-    let (middle, size) = extent(mesh);
-    let nodes: Vec<u32> = (0..mesh.points.len() as u32)
-        .filter(|&n| of_part(n))
-        .collect();
-    let field = |of: &dyn Fn(usize) -> [f64; 3]| -> Vec<f64> {
-        nodes.iter().flat_map(|&n| of(n as usize)).collect()
-    };
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    // Motions of the nodes, orthonormal, each with its shares of the rigid motions.
-    let mut motions: Vec<([f64; 6], Vec<f64>)> = Vec::new();
-    for &motion in problem.kinematics.rigid_motions() {
-        let place = |n: usize| std::array::from_fn(|d| (mesh.points[n][d] - middle[d]) / size);
-        let (mut shares, mut own) = ([0.0; 6], field(&|n| moved(motion, place(n))));
-        shares[motion] = 1.0;
-        for (known_shares, known) in &motions {
-            let share = dot(known, &own);
-            shares = std::array::from_fn(|k| shares[k] - share * known_shares[k]);
-            own.iter_mut()
-                .zip(known)
-                .for_each(|(x, known)| *x -= share * known);
-        }
-        let length = dot(&own, &own).sqrt();
-        if length > NEGLIGIBLE {
-            let own = own.into_iter().map(|x| x / length).collect();
-            motions.push((shares.map(|x| x / length), own));
-        }
-    }
-    let found = field(&|n| displacements[n]);
-    let (mut rigid, mut shares) = (0.0, [0.0; 6]);
-    for (own, motion) in &motions {
-        let share = dot(motion, &found);
-        rigid += share * share;
-        shares = std::array::from_fn(|k| shares[k] + share * own[k]);
-    }
-    let whole = dot(&found, &found);
-    let squares = displacements.iter().map(|u| dot(u, u));
-    let farthest = squares.fold(0.0, f64::max);
-    let strains = whole - rigid > UNTOLD * UNTOLD * whole;
-    let small = whole * FARTHEST * FARTHEST < farthest * nodes.len() as f64;
-    let greatest = shares
+    for hold in holds
         .iter()
-        .fold(0.0, |most: f64, share| most.max(share.abs()));
-    let told = shares.map(|share| {
-        if share.abs() < UNTOLD * greatest {
-            0.0
-        } else {
-            share
+        .filter(|hold| hold.nodes.iter().any(|&n| of_part(n)))
+    {
+        for &[place, direction] in &hold.directions {
+            let mut row = [0.0; 6];
+            for &motion in motions {
+                let way = moved(motion, scaled(place));
+                row[motion] = (0..3).map(|d| way[d] * direction[d]).sum();
+            }
+            reduce(&mut rows, row);
         }
-    });
-    (whole > 0.0 && !strains && !small).then(|| FreeMotion::of(told, (middle, size)))
+    }
+    let free = null_vector(&rows, motions)?;
+    let (along, turn) = ([free[0], free[1], free[2]], [free[3], free[4], free[5]]);
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let whole = length(turn);
+    if whole < 1e-6 {
+        return Some(FreeMotion::Translation(along.map(|x| x / length(along))));
+    }
+    // The points that stay: turn x along / turn^2 from the middle.
+    let axis = turn.map(|x| x / whole);
+    let from = cross(axis, along.map(|x| x / whole));
+    let through = std::array::from_fn(|d| middle[d] + size * from[d]);
+    Some(FreeMotion::Rotation { axis, through })
 }
 
 /// True if a motion of a rigid body is one by force: nothing holds it.

@@ -6,7 +6,7 @@ use super::small::{axpy, dot};
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::problem::load::traction;
-use crate::problem::{Contact, FreePart, Parameter, Quantity, Rule, free_part, rigid_part};
+use crate::problem::{Contact, FreePart, Hold, Parameter, Quantity, Rule, free_part};
 use crate::solver::stress::{StressPoint, extreme_stretches, stress_points};
 use crate::solver::volume::LeastVolume;
 use crate::sparse::LinearError;
@@ -35,6 +35,12 @@ fn length(v: &[f64]) -> f64 {
 /// An equilibrium is none if a contact overlaps by more than it accepts and this share of the mean
 /// side of its cells.
 const OVERLAPPED: f64 = 0.1;
+
+/// A contact point presses above this share of the pressure of an overlap that is accepted.
+const PRESSES: f64 = 1e-6;
+
+/// A contact slides as a whole if its friction is this share of the greatest.
+const SLIDES: f64 = 0.98;
 
 impl Solver {
     /// A reason in the solid or in the load behind one of the iteration.
@@ -105,10 +111,6 @@ impl Solver {
             }
             (None, other) => (other, None),
         };
-        let slides = motion.as_ref();
-        if let Some(part) = slides.and_then(|motion| rigid_part(&self.problem, motion)) {
-            return Reason::HeldByContact(part);
-        }
         let place = motion.map(|motion| self.mode(&motion).place);
         // What moves in a cell that is inside out is no motion of the body.
         let mesh = &self.problem.mesh;
@@ -144,35 +146,72 @@ impl Solver {
         })
     }
 
-    /// The part that nothing holds but contacts, if it explains why the iteration has failed: the
-    /// matrix is singular, or no contact presses at the last state.
+    /// The part that nothing holds, as its contacts press at the last state, if it explains why the
+    /// iteration has failed.
     fn not_held(&self, reason: &Reason) -> Option<FreePart> {
-        let part = free_part(&self.problem)?;
-        let places = self.state.places(&self.problem.mesh);
-        let presses = (0..self.problem.contacts.len()).any(|number| {
-            let probe = self
-                .system
-                .contact(&self.problem, &self.state, &places, number);
-            probe.pressures.iter().any(|pressure| *pressure > 0.0)
-        });
-        let singular = matches!(
-            reason,
+        let by_supports = free_part(&self.problem, &[])?;
+        let holds = self.holds();
+        let part = free_part(&self.problem, &holds);
+        let presses = holds.iter().any(|hold| !hold.directions.is_empty());
+        match reason {
             Reason::Linear(
                 LinearError::Singular
-                    | LinearError::Inaccurate { .. }
-                    | LinearError::Unsymmetric { .. }
-            )
-        );
-        let lost = matches!(
-            reason,
+                | LinearError::Inaccurate { .. }
+                | LinearError::Unsymmetric { .. },
+            ) => Some(part.unwrap_or(by_supports)),
+            Reason::Hopped { .. } if self.is_smooth() => Some(part.unwrap_or(by_supports)),
             Reason::NotConverged { .. }
-                | Reason::NotANumber
-                | Reason::Unstable { .. }
-                | Reason::Inverted(_)
-                | Reason::Leapt { .. }
-        );
-        let slid = matches!(reason, Reason::Hopped { .. }) && self.is_smooth();
-        (singular || slid || lost && !presses).then_some(part)
+            | Reason::NotANumber
+            | Reason::Unstable { .. }
+            | Reason::Hopped { .. } => part,
+            Reason::Inverted(_) | Reason::Leapt { .. } if !presses => part,
+            _ => None,
+        }
+    }
+
+    /// What each contact holds at the last state: where it sticks all motion of the points that
+    /// press, where it slides that along their normals. The normals are those at rest, as a dent
+    /// goes along with what slides.
+    fn holds(&self) -> Vec<Hold> {
+        let problem = &self.problem;
+        let mesh = &problem.mesh;
+        let now = self.state.places(mesh);
+        let numbers = 0..problem.contacts.len();
+        let holds = numbers.filter_map(|number| {
+            let (surfaces, stiffness, friction) = match &problem.contacts[number] {
+                Contact::Obstacle(own) => (vec![&own.surface], own.stiffness, own.friction),
+                Contact::Surfaces(own) => {
+                    (vec![&own.first, &own.second], own.stiffness, own.friction)
+                }
+                Contact::Walls(_) => return None,
+            };
+            let probe =
+                |places: &[[f64; 3]]| self.system.contact(problem, &self.state, places, number);
+            let (probe, rest) = (probe(&now), probe(&mesh.points));
+            // Less is rounding of a gap that closes at rest.
+            let least = PRESSES * stiffness * problem.contacts[number].overlap_limit();
+            let pressed = (0..probe.pressures.len()).filter(|&k| probe.pressures[k] > least);
+            let pressed: Vec<usize> = pressed.collect();
+            let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+                pressed.iter().map(|&k| probe.areas[k] * of(k)).sum()
+            };
+            let rubs = sum(&|k| length(&probe.tractions[k]));
+            let slides = rubs >= SLIDES * friction * sum(&|k| probe.pressures[k]);
+            let mut directions = Vec::new();
+            for &k in &pressed {
+                let normal = [rest.normals[k], probe.normals[k]];
+                let normal = normal.into_iter().find(|normal| length(normal) > 0.5)?;
+                let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+                let held = if slides { vec![normal] } else { axes.to_vec() };
+                directions.extend(held.into_iter().map(|direction| [probe.at[k], direction]));
+            }
+            let facets = surfaces.into_iter().flatten();
+            Some(Hold {
+                nodes: facets.flat_map(|&facet| mesh.facet_nodes(facet)).collect(),
+                directions,
+            })
+        });
+        holds.collect()
     }
 
     /// True if no contact has friction.
@@ -188,7 +227,7 @@ impl Solver {
     /// True if a part may move as a whole and nothing but friction, of which there is none, could
     /// hold it.
     pub(super) fn slides(&self) -> bool {
-        self.is_smooth() && free_part(&self.problem).is_some()
+        self.is_smooth() && free_part(&self.problem, &[]).is_some()
     }
 
     /// The contact whose multipliers do not part what touches: the surface is driven into the
