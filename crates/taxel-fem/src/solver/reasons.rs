@@ -36,9 +36,6 @@ fn length(v: &[f64]) -> f64 {
 /// side of its cells.
 const OVERLAPPED: f64 = 0.1;
 
-/// A contact point presses above this share of the pressure of an overlap that is accepted.
-const PRESSES: f64 = 1e-6;
-
 /// A contact slides as a whole if its friction is this share of the greatest.
 const SLIDES: f64 = 0.98;
 
@@ -178,18 +175,16 @@ impl Solver {
         let now = self.state.places(mesh);
         let numbers = 0..problem.contacts.len();
         let holds = numbers.filter_map(|number| {
-            let (surfaces, stiffness, friction) = match &problem.contacts[number] {
-                Contact::Obstacle(own) => (vec![&own.surface], own.stiffness, own.friction),
-                Contact::Surfaces(own) => {
-                    (vec![&own.first, &own.second], own.stiffness, own.friction)
-                }
+            let contact = &problem.contacts[number];
+            let (surfaces, friction) = match contact {
+                Contact::Obstacle(own) => (vec![&own.surface], own.friction),
+                Contact::Surfaces(own) => (vec![&own.first, &own.second], own.friction),
                 Contact::Walls(_) => return None,
             };
             let probe =
                 |places: &[[f64; 3]]| self.system.contact(problem, &self.state, places, number);
             let (probe, rest) = (probe(&now), probe(&mesh.points));
-            // Less is rounding of a gap that closes at rest.
-            let least = PRESSES * stiffness * problem.contacts[number].overlap_limit();
+            let least = contact.least_pressure();
             let pressed = (0..probe.pressures.len()).filter(|&k| probe.pressures[k] > least);
             let pressed: Vec<usize> = pressed.collect();
             let sum = |of: &dyn Fn(usize) -> f64| -> f64 {

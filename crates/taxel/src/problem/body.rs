@@ -598,9 +598,10 @@ impl Body {
             let moved = moved.unwrap_or([f64::NAN; 3]);
             values.extend_from_slice(&moved[..components]);
         }
-        for probe in &probes {
+        for (probe, contact) in probes.iter().zip(&problem.contacts) {
+            let least = contact.least_pressure();
             let pressed = probe.pressures.iter().zip(&probe.areas);
-            let pressed = pressed.filter(|(pressure, _)| **pressure > 0.0);
+            let pressed = pressed.filter(|(pressure, _)| **pressure > least);
             values.push(
                 pressed
                     .map(|(_, area)| depth * area)

@@ -47,6 +47,7 @@ fn of_type(message: &str) -> Option<String> {
         _ => match found.as_str() {
             "map" => "a table".into(),
             "sequence" => "a list".into(),
+            "boolean" => "true or false".into(),
             _ => found,
         },
     };
@@ -102,7 +103,7 @@ mod tests {
             ),
             (
                 "expected table, found boolean",
-                "a table is needed here, not boolean",
+                "a table is needed here, not true or false",
             ),
             (
                 "invalid length 1, expected an array of length 2",

@@ -77,6 +77,17 @@ impl Contact {
         matches!(self, Self::Obstacle(obstacle) if obstacle.friction > 0.0)
     }
 
+    /// Pressure in Pa up to which a point counts as free: that of a millionth of the overlap that is
+    /// accepted. Where a gap closes at rest, so much is rounding.
+    pub fn least_pressure(&self) -> f64 {
+        let stiffness = match self {
+            Self::Obstacle(obstacle) => obstacle.stiffness,
+            Self::Surfaces(pair) => pair.stiffness,
+            Self::Walls(walls) => walls.stiffness,
+        };
+        1e-6 * stiffness * self.overlap_limit()
+    }
+
     /// Overlap in m above which the multipliers are renewed.
     pub fn overlap_limit(&self) -> f64 {
         match self {
