@@ -117,9 +117,9 @@ pub fn render(
     rows: &[Vec<Cell>],
 ) -> String {
     match format {
-        Format::Table => match rows {
-            [row] => one_for_people(columns, row),
-            _ => for_people(columns, rows),
+        Format::Table => match (rows, with_digits(columns, rows)) {
+            ([row], columns) => one_for_people(&columns, row),
+            (_, columns) => for_people(&columns, rows),
         },
         Format::Json | Format::Csv => {
             let frame = Frame::new(format, about, columns);
@@ -241,6 +241,34 @@ pub fn json(value: &Value) -> String {
 /// JSON has no NaN: what is unknown is `null`.
 pub fn number_or_null(number: f64) -> Value {
     serde_json::Number::from_f64(number).map_or(Value::Null, Value::Number)
+}
+
+/// Digits that the greatest number of a unit has at least, for people.
+const DIGITS: i32 = 4;
+/// Decimals that are added for them at most: what is smaller is rounding.
+const MORE_DECIMALS: i32 = 6;
+
+/// Columns with more decimals where all numbers of their unit are so small that they would have
+/// few digits left.
+fn with_digits(columns: &[Column], rows: &[Vec<Cell>]) -> Vec<Column> {
+    let greatest = |unit: &str| {
+        let cells = rows.iter().flat_map(|row| columns.iter().zip(row));
+        let shown = cells.filter_map(|(column, cell)| match cell {
+            Cell::Number(value) if column.unit == unit => Some(column.shown(*value).abs()),
+            _ => None,
+        });
+        shown.filter(|size| size.is_finite()).fold(0.0, f64::max)
+    };
+    let with_digits = |column: &Column| {
+        let needed = f64::from(DIGITS - 1) - greatest(column.unit).log10().floor();
+        let more = needed - column.decimals as f64;
+        let mut column = column.clone();
+        if !column.unit.is_empty() && more > 0.0 && more <= f64::from(MORE_DECIMALS) {
+            column.decimals += more as usize;
+        }
+        column
+    };
+    columns.iter().map(with_digits).collect()
 }
 
 fn for_people(columns: &[Column], rows: &[Vec<Cell>]) -> String {
@@ -369,5 +397,27 @@ fn quoted(field: &str, text: &mut String) {
         let _ = write!(text, "\"{}\"", field.replace('"', "\"\""));
     } else {
         text.push_str(field);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_keep_digits_and_rounding_has_none() {
+        let columns = [
+            Column::new("volume", "mm3", 1e-9, "m3", 5),
+            Column::new("force_x", "mN", 1e-3, "n", 3),
+            Column::new("force_y", "mN", 1e-3, "n", 3),
+            Column::new("moment", "mN mm", 1e-6, "nm", 3),
+        ];
+        let row =
+            |volume: f64| -> Vec<Cell> { [volume, 2.5e-6, 1e-19, 1e-21].map(Cell::from).to_vec() };
+        let rows = [row(1.2e-13), row(7.03e-14)];
+        let text = render(Format::Table, &Map::new(), &columns, &rows);
+        let last = text.lines().last().unwrap_or_default();
+        let cells: Vec<&str> = last.split_whitespace().collect();
+        assert_eq!(cells, ["0.0000703", "0.002500", "0.000000", "0.000"]);
     }
 }
