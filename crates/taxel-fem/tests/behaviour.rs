@@ -837,5 +837,6 @@ fn a_stroke_to_and_fro_returns_to_its_forces() {
             "{own} steps of free size: {:.9?}, off by {off:.1e}",
             forces[4]
         );
+        assert!(off < 1e-4, "{off}");
     }
 }
