@@ -1213,62 +1213,8 @@ impl Builder<'_> {
             let key = format!("output.displacements.{at}");
             self.point(name, &key)?;
         }
-        // Nodes of a conductor: those of a region, a surface, a curve or a point.
-        let group = |name: &str, key: String| {
-            let mesh = self.mesh();
-            let Some(region) = mesh.regions.iter().position(|region| region == name) else {
-                return self.nodes(name, &key);
-            };
-            let cells = (0..mesh.cell_count()).filter(|&cell| mesh.region_of(cell) == region);
-            Ok(cells.flat_map(|cell| mesh.cell(cell).to_vec()).collect())
-        };
         if let Some(capacitance) = &self.file.capacitance {
-            let lists = [
-                ("electrodes", &capacitance.electrodes),
-                ("ground", &capacitance.ground),
-                ("floating", &capacitance.floating),
-            ];
-            let mut nodes = [const { Vec::new() }; 3];
-            for ((list, names), nodes) in lists.iter().zip(&mut nodes) {
-                for (at, name) in names.iter().enumerate() {
-                    nodes.push(group(name, format!("capacitance.{list}.{at}"))?);
-                }
-            }
-            let least = 2 - usize::from(!capacitance.ground.is_empty());
-            if capacitance.electrodes.len() < least {
-                let message = "a capacitance needs two electrodes, or one and a ground";
-                return Err(wrong("capacitance.electrodes", message, "add one"));
-            }
-            for (number, dielectric) in capacitance.dielectric.iter().enumerate() {
-                for (at, name) in dielectric.regions.iter().enumerate() {
-                    self.region(
-                        name,
-                        &format!("capacitance.dielectric.{number}.regions.{at}"),
-                    )?;
-                }
-            }
-            let [mut electrodes, ground, floating] = nodes;
-            electrodes.extend((!ground.is_empty()).then(|| ground.concat()));
-            let fills = capacitance.dielectric.iter().flat_map(|part| &part.regions);
-            let fills: Vec<&str> = fills.map(String::as_str).collect();
-            let conductors: Vec<&String> = lists.iter().flat_map(|(_, names)| *names).collect();
-            let known =
-                |region: &&String| fills.contains(&region.as_str()) || conductors.contains(region);
-            if let Some(region) = self.mesh().regions.iter().find(|region| !known(region)) {
-                let message = format!("region \"{region}\" has no permittivity");
-                let help = "add it to the regions of a dielectric, or name it among the electrodes";
-                return Err(wrong("capacitance.dielectric", message, help));
-            }
-            if let Some(alone) = cuts::isolated(self.mesh(), &fills, &electrodes, &floating)
-                && let Some(name) = capacitance.electrodes.get(alone)
-            {
-                let message = format!(
-                    "no dielectric leads from \"{name}\" to another electrode or to ground: a field passes common nodes alone, neither contacts nor ties"
-                );
-                let help = "add the regions between them to a dielectric, or give two nodes that lie at one place one number";
-                let key = format!("capacitance.electrodes.{alone}");
-                return Err(wrong(key, message, help));
-            }
+            self.capacitance_names(capacitance)?;
         }
         for (number, resistance) in self.file.resistance.iter().enumerate() {
             let key = format!("resistance.{number}");
@@ -1311,6 +1257,65 @@ impl Builder<'_> {
                 let help = format!("give one of: {}", known.join(", "));
                 return Err(wrong(key, message, &help));
             }
+        }
+        Ok(())
+    }
+
+    fn capacitance_names(&self, capacitance: &description::Capacitance) -> Result<(), Wrong> {
+        // Nodes of a conductor: those of a region, a surface, a curve or a point.
+        let group = |name: &str, key: String| {
+            let mesh = self.mesh();
+            let Some(region) = mesh.regions.iter().position(|region| region == name) else {
+                return self.nodes(name, &key);
+            };
+            let cells = (0..mesh.cell_count()).filter(|&cell| mesh.region_of(cell) == region);
+            Ok(cells.flat_map(|cell| mesh.cell(cell).to_vec()).collect())
+        };
+        let lists = [
+            ("electrodes", &capacitance.electrodes),
+            ("ground", &capacitance.ground),
+            ("floating", &capacitance.floating),
+        ];
+        let mut nodes = [const { Vec::new() }; 3];
+        for ((list, names), nodes) in lists.iter().zip(&mut nodes) {
+            for (at, name) in names.iter().enumerate() {
+                nodes.push(group(name, format!("capacitance.{list}.{at}"))?);
+            }
+        }
+        let least = 2 - usize::from(!capacitance.ground.is_empty());
+        if capacitance.electrodes.len() < least {
+            let message = "a capacitance needs two electrodes, or one and a ground";
+            return Err(wrong("capacitance.electrodes", message, "add one"));
+        }
+        for (number, dielectric) in capacitance.dielectric.iter().enumerate() {
+            for (at, name) in dielectric.regions.iter().enumerate() {
+                self.region(
+                    name,
+                    &format!("capacitance.dielectric.{number}.regions.{at}"),
+                )?;
+            }
+        }
+        let [mut electrodes, ground, floating] = nodes;
+        electrodes.extend((!ground.is_empty()).then(|| ground.concat()));
+        let fills = capacitance.dielectric.iter().flat_map(|part| &part.regions);
+        let fills: Vec<&str> = fills.map(String::as_str).collect();
+        let conductors: Vec<&String> = lists.iter().flat_map(|(_, names)| *names).collect();
+        let known =
+            |region: &&String| fills.contains(&region.as_str()) || conductors.contains(region);
+        if let Some(region) = self.mesh().regions.iter().find(|region| !known(region)) {
+            let message = format!("region \"{region}\" has no permittivity");
+            let help = "add it to the regions of a dielectric, or name it among the electrodes";
+            return Err(wrong("capacitance.dielectric", message, help));
+        }
+        if let Some(alone) = cuts::isolated(self.mesh(), &fills, &electrodes, &floating)
+            && let Some(name) = capacitance.electrodes.get(alone)
+        {
+            let message = format!(
+                "no dielectric leads from \"{name}\" to another electrode or to ground: a field passes common nodes alone, neither contacts nor ties"
+            );
+            let help = "add the regions between them to a dielectric, or give two nodes that lie at one place one number";
+            let key = format!("capacitance.electrodes.{alone}");
+            return Err(wrong(key, message, help));
         }
         Ok(())
     }

@@ -83,7 +83,9 @@ pub(super) fn isolated(
     let fills = |region: usize| regions.contains(&mesh.regions[region].as_str());
     let mut parts = Parts::of_cells(mesh, fills);
     for nodes in electrodes.iter().chain(floating) {
-        nodes.iter().for_each(|&node| parts.join(nodes[0], node));
+        for &node in nodes {
+            parts.join(nodes[0], node);
+        }
     }
     let roots = electrodes
         .iter()
