@@ -22,6 +22,8 @@ pub struct ReadingTable {
     pub remarks: Vec<Remark>,
 }
 
+/// End of a remark on a column that is almost one of the device's.
+pub(crate) const MEANT: &str = " meant?)";
 /// Name of the column that orders the rows.
 pub const TIME: &str = "time";
 
@@ -167,6 +169,7 @@ impl ReadingTable {
                 .help("add one row per reading below the header"));
         }
         data.put_in_order(columns, group);
+        data.gather_remarks();
         Ok(data)
     }
 
@@ -261,6 +264,31 @@ impl ReadingTable {
         }
         self.rows = rows;
         self.lines = lines;
+    }
+
+    /// Says once, at its first line, what holds for many.
+    fn gather_remarks(&mut self) {
+        let mut gathered: Vec<(Remark, usize)> = Vec::new();
+        for remark in std::mem::take(&mut self.remarks) {
+            match gathered
+                .iter_mut()
+                .find(|(other, _)| other.message == remark.message)
+            {
+                Some((first, count)) => {
+                    first.line = first.line.min(remark.line);
+                    *count += 1;
+                }
+                None => gathered.push((remark, 1)),
+            }
+        }
+        let said = |(remark, count): (Remark, usize)| match count {
+            1 => remark,
+            _ => Remark::at(
+                remark.line,
+                &format!("{}; {count} times, from here on", remark.message),
+            ),
+        };
+        self.remarks = gathered.into_iter().map(said).collect();
     }
 
     /// Lines at which time goes back within a group; groups may alternate.
@@ -405,7 +433,7 @@ impl Table<'_> {
                     .filter(|(letters, _)| *letters <= ALMOST)
                     .min_by_key(|(letters, _)| *letters);
                 match near {
-                    Some((_, column)) => format!("{title} (is {} meant?)", column.title()),
+                    Some((_, column)) => format!("{title} (is {}{MEANT}", column.title()),
                     None => title.clone(),
                 }
             })
@@ -445,8 +473,9 @@ impl Table<'_> {
             }
             (LoadKind::Quantity(dimension, _), unit) => scale(dimension, unit)?,
             (_, "") => 1.0,
-            (_, _) => {
-                return Err(("this column has no unit".into(), format!("write {name}")));
+            (_, unit) => {
+                let message = format!("this column is of plain numbers, not of [{unit}]");
+                return Err((message, format!("write {name}")));
             }
         };
         Ok(Some(Place {
@@ -500,10 +529,31 @@ impl Table<'_> {
     fn error(&self, line: usize, at: Option<usize>, message: String, help: &str) -> InputError {
         let text = self.text.lines().nth(line.saturating_sub(1)).unwrap_or("");
         let title = at.and_then(|at| self.header.get(at));
-        InputError::on_line(self.file, line, text, 1, text.chars().count(), message)
+        let [column, width] = match at {
+            Some(at) => field_of(text, char::from(separator_of(self.text)), at),
+            None => [1, text.chars().count()],
+        };
+        InputError::on_line(self.file, line, text, column, width, message)
             .key(title.map_or("", String::as_str))
             .help(help)
     }
+}
+
+/// Column, from 1, and width of a field of a line; a separator between quotes parts nothing.
+fn field_of(line: &str, separator: char, field: usize) -> [usize; 2] {
+    let mut quoted = false;
+    let mut fields = line.split(|c| {
+        quoted ^= c == '"';
+        c == separator && !quoted
+    });
+    let before: usize = fields
+        .by_ref()
+        .take(field)
+        .map(|text| text.chars().count() + 1)
+        .sum();
+    let text = fields.next().unwrap_or_default();
+    let blank = text.chars().take_while(|c| c.is_whitespace()).count();
+    [1 + before + blank, text.trim().chars().count().max(1)]
 }
 
 /// Names that differ by so many letters are almost the same.
@@ -593,6 +643,12 @@ mod tests {
             "line 1: column force_x [mN] is no column of this device; not used"
         );
         assert_eq!(remark("force_z [mN]\n1\n"), "");
+        // What holds for many rows is said once.
+        assert_eq!(
+            remark("time [s],force_z [mN]\n1,1\n2,1\n1,1\n2,1\n3,\n3,1\n3,1\n3,1\n"),
+            "line 7: no force_z; the row is left outline 4: time goes back in the file at 1 places; the rows were put in order\
+             line 4: a second row of the same time; left out; 4 times, from here on"
+        );
         assert_eq!(letters_between("force z", "Force_Z"), 0);
         assert_eq!(letters_between("capacitance_12", "capacitence12"), 1);
     }
@@ -655,5 +711,13 @@ mod tests {
             let error = parse(text).unwrap_err();
             assert!(error.message.contains(message), "{text}: {error}");
         }
+        // The place is that of the field.
+        let place = |text: &str| {
+            let place = parse(text).unwrap_err().place.unwrap();
+            [place.line, place.column, place.width]
+        };
+        assert_eq!(place("time [s], force_z [mm]\n1,1\n"), [1, 11, 12]);
+        assert_eq!(place("\"time [s]\",\"a,b\",force_z\n1,1,1\n"), [1, 18, 7]);
+        assert_eq!(place("time [s],force_z [N]\n1,abc\n"), [2, 3, 3]);
     }
 }

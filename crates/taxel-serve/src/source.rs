@@ -159,14 +159,19 @@ pub struct Survey {
     pub duration_ns: u64,
     /// The noise of its readings.
     pub noise: MapNoise,
+    /// Steps between the times of the first frames, ns.
+    steps: Vec<u64>,
 }
+
+/// Steps between frames that tell the usual one.
+const STEPS: usize = 1000;
 
 impl Survey {
     /// Reads all that a file still holds once, so that a mistake in its middle is found before
     /// anything is shown: what was found, and how it ended.
     pub fn of(mut source: impl Source) -> (Self, Result<(), SourceError>) {
         let mut survey = Self::default();
-        let mut first = None;
+        let (mut first, mut last) = (None, None);
         loop {
             let frame = match source.next() {
                 Ok(Next::Frame(frame)) => frame,
@@ -175,11 +180,24 @@ impl Survey {
                 Err(error) => return (survey, Err(error)),
             };
             survey.frames += 1;
+            if let Some(last) = last
+                .replace(frame.time_ns)
+                .filter(|_| survey.steps.len() < STEPS)
+            {
+                survey.steps.push(frame.time_ns.saturating_sub(last));
+            }
             let first = *first.get_or_insert(frame.time_ns);
             let elapsed = frame.time_ns.saturating_sub(first);
             survey.duration_ns = survey.duration_ns.max(elapsed);
             survey.noise.push(&frame);
         }
+    }
+
+    /// Time between frames that half of the first do not exceed, s; none of one frame.
+    pub fn usual_step(&self) -> Option<f64> {
+        let mut steps = self.steps.clone();
+        steps.sort_unstable();
+        steps.get(steps.len() / 2).map(|step| *step as f64 * 1e-9)
     }
 
     /// Mean time between frames, s.

@@ -1,6 +1,7 @@
 //! Training of a device without a physical model, from recordings of indentations of
 //! known position and force.
 
+mod broken;
 mod force;
 mod place;
 mod plausible;
@@ -9,6 +10,7 @@ mod readings;
 
 use crate::options::{CalibrateOptions, NamedSensor};
 use crate::outcome::{Outcome, Provenance};
+use crate::readings::MEANT;
 use crate::remark::Remark;
 use crate::split::HoldOut;
 use crate::toml_tables::{append, rounded};
@@ -79,9 +81,13 @@ pub fn train(
         ..Outcome::new("trained", &[(named, "")])
     };
     plausible::check(&runs, array.body.full_scale)?;
+    found.remarks.extend(other_rate(named, options));
+    let broken = broken::leave_out(&mut runs, &array.body.channels(), &mut found.remarks);
     let position = place::train(&runs, &array.area(), &mut found)?;
     let weighs = runs.iter().any(|run| run.session.force.is_some());
     let rest = weighs.then(|| rest(&mut runs));
+    let noisier = rest.as_ref().and_then(|rest| noisier(named, rest, &broken));
+    found.remarks.extend(noisier);
     let tared = position.is_none();
     let relation = relation(&runs, tared).map_err(|error| failed(file, &error))?;
     let learned = (rest.as_ref(), relation.as_ref());
@@ -93,9 +99,14 @@ pub fn train(
     )?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
-        return Err(InputError::whole(file, message).help(
-            "press at many positions, or record a scale; a table needs columns x and y, or force_z",
-        ));
+        let help =
+            "press at many positions, or record a scale; a table needs columns x and y, or force_z";
+        let mut remarks = found.remarks.iter().map(ToString::to_string);
+        let help = match remarks.find(|remark| remark.contains(MEANT)) {
+            Some(remark) => format!("{remark}; {help}"),
+            None => help.to_owned(),
+        };
+        return Err(InputError::whole(file, message).help(help));
     }
     let rest = rest.filter(|_| force.is_some());
     if let Some(rest) = rest.as_ref().filter(|rest| rest.recovery > 0.0) {
@@ -115,7 +126,7 @@ pub fn train(
     let maps = rounded(maps).ok_or_else(|| {
         InputError::whole(file, "the maps have no finite numbers").help("check the readings")
     })?;
-    left_out(named, &maps, &mut found.remarks);
+    left_out(named, &maps, &broken, &mut found.remarks);
     Ok(TrainedOutcome {
         outcome: found,
         maps,
@@ -247,8 +258,51 @@ fn least_step(runs: &[Run], channel: usize) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
+/// Rates of `--rate` and of the sensor file that differ by more than this factor are not the same.
+const SAME_RATE: f64 = 1.2;
+
+/// A rate of the rows that is not that of the device.
+fn other_rate(named: &NamedSensor<'_>, options: &CalibrateOptions) -> Option<Remark> {
+    let (asked, drawn) = (options.rate?, named.sensor.electronics.frame_rate);
+    let same = (1.0 / SAME_RATE..=SAME_RATE).contains(&(asked / drawn));
+    (!same).then(|| {
+        Remark::whole(format!(
+            "time: --rate says {asked} Hz and the sensor file {drawn} Hz; creep and delays are learned with the times of \
+             --rate, and are wrong if the device comes at the other rate: correct one of the two"
+        ))
+    })
+}
+
+/// Noise at rest this many times that of the sensor file is more than it says.
+const MORE_NOISE: f64 = 1.5;
+
+/// Readings that scatter at rest by more than the sensor file says.
+fn noisier(named: &NamedSensor<'_>, rest: &Rest, broken: &[bool]) -> Option<Remark> {
+    let unit = named.sensor.trained().ok()?.unit;
+    let drawn = named.sensor.electronics.measured()?.deviation() / unit.si_per_unit;
+    let found = rest.deviation.iter().zip(broken);
+    let mut found: Vec<f64> = found
+        .filter(|(_, broken)| !**broken)
+        .map(|(d, _)| *d)
+        .collect();
+    found.sort_by(f64::total_cmp);
+    let middle = *found.get(found.len() / 2)?;
+    (middle > MORE_NOISE * drawn).then(|| {
+        Remark::whole(format!(
+            "noise: at rest half of the channels scatter by {middle:.3} {symbol} or more, and the sensor file says {drawn:.3} {symbol}; \
+             what was measured counts",
+            symbol = unit.symbol
+        ))
+    })
+}
+
 /// Says which channels the maps do without.
-fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remark>) {
+fn left_out(
+    named: &NamedSensor<'_>,
+    maps: &TrainedMaps,
+    broken: &[bool],
+    remarks: &mut Vec<Remark>,
+) {
     let (names, masked) = named.sensor.trained().map_or_else(
         |_| Default::default(),
         |array| (array.body.channels(), array.body.masked(&named.sensor.mask)),
@@ -264,6 +318,8 @@ fn left_out(named: &NamedSensor<'_>, maps: &TrainedMaps, remarks: &mut Vec<Remar
         .collect();
     out.sort_unstable();
     out.dedup();
+    // Those were named when they were found.
+    out.retain(|channel| broken.get(channel - 1) != Some(&true));
     let is_masked = |channel: &usize| masked.get(channel - 1) == Some(&true);
     let (masked, constant): (Vec<usize>, Vec<usize>) = out.into_iter().partition(is_masked);
     for (channels, what) in [

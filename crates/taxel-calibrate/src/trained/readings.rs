@@ -345,7 +345,6 @@ fn table(
     columns[0].required = rate.is_none();
     let data = ReadingTable::parse(&file.name, &file.text, &columns, "");
     let data = data.map_err(without_time)?;
-    unused(file, &columns, remarks);
     for remark in &data.remarks {
         remarks.push(Remark::whole(format!("{}: {remark}", file.name)));
     }
@@ -427,34 +426,6 @@ fn without_time(error: InputError) -> InputError {
         return error.help(help);
     }
     error
-}
-
-/// Names the columns of a table that nothing is learned from.
-fn unused(file: &TrainingFile, columns: &[LoadColumn], remarks: &mut Vec<Remark>) {
-    let lines = file.text.lines();
-    let mut lines = lines.filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let header = lines
-        .next()
-        .unwrap_or_default()
-        .trim_start_matches('\u{feff}');
-    let name = |title: &str| {
-        let title = title.split('[').next().unwrap_or_default();
-        title.trim().trim_matches('"').to_owned()
-    };
-    let known = |title: &String| columns.iter().any(|column| column.name == title);
-    let titles = header
-        .split(char::from(taxel_recording::separator_of(&file.text)))
-        .map(name);
-    let unused: Vec<String> = titles
-        .filter(|title| !title.is_empty() && !known(title))
-        .collect();
-    if !unused.is_empty() {
-        remarks.push(Remark::whole(format!(
-            "{}: nothing is learned from the columns {}",
-            file.name,
-            unused.join(", ")
-        )));
-    }
 }
 
 /// A header that names more channels than the sensor has is of another one.

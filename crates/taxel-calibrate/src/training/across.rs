@@ -19,7 +19,7 @@ use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
 
 /// Errors within another run beside those of blocks of the only one: a guess, with which each of the
 /// two public force runs holds 96 to 97 % of the other.
-const WITHIN_ANOTHER: f64 = 1.5;
+pub(crate) const WITHIN_ANOTHER: f64 = 1.5;
 
 /// Error of a run that was held out, over its estimates.
 #[derive(Debug, Clone, Copy)]

@@ -20,6 +20,7 @@ mod scale_clock;
 mod series;
 mod session;
 
+pub(crate) use across::WITHIN_ANOTHER;
 pub use across::{AcrossRuns, usual_candidates};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
 pub(crate) use compare::compared_places;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 use taxel::acquisition::{Quantity, Stimulus, Stream, Twin};
 use taxel::device::Device;
+use taxel::electronics::times_in_another_unit;
 use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, TouchSession};
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
@@ -336,6 +337,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         .map_err(|error| stop_of_source(&error))?
         .paced(&survey);
     let recorded = source.findings().map(RunFiles::of);
+    let foreign = recorded.is_none();
     let options = PumpOptions {
         // The changes of the rest values are part of such a recording.
         start_tare: match options.start_tare {
@@ -373,6 +375,12 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         return map_session(source, &survey.noise, &run, options, arguments);
     }
     let named = files::sensor(arguments.sensor())?;
+    let step = survey.usual_step().unwrap_or(0.0);
+    let rate = named.sensor.electronics.frame_rate;
+    if let Some([message, help]) = times_in_another_unit(step, rate).filter(|_| foreign) {
+        let path = shown::path(path);
+        return Err(Stop::WrongInput(format!("{path}: {message}\nhelp: {help}")));
+    }
     sensed(named, source, run, options, arguments)
 }
 

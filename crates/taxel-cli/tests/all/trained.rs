@@ -724,7 +724,37 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
             "an unknown unit",
             cycles("time [s],force_z [lb]", plain),
             vec![],
-            vec!["lb", "mN"],
+            vec!["run.csv:1:10", "lb", "mN"],
+        ),
+        (
+            "a unit of a plain number",
+            whole.replacen("channel_1,", "channel_1 [kohm],", 1),
+            vec![],
+            vec![
+                "run.csv:1:26",
+                "of plain numbers, not of [kohm]",
+                "write channel_1",
+            ],
+        ),
+        (
+            "a name with a wrong letter",
+            cycles("time [s],forze_z [N]", plain),
+            vec![],
+            vec![
+                "there is nothing to train",
+                "forze_z [N] (is force_z [N] meant?)",
+            ],
+        ),
+        (
+            "one step",
+            cycles("time [s],force_z [N]", |index, time, _| {
+                format!("{time},{}", if index < 100 { 0 } else { 5 })
+            }),
+            vec![],
+            vec![
+                "the channels do not determine the force",
+                "the force rises once only",
+            ],
         ),
         (
             "a column twice",
@@ -895,7 +925,7 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
         "{found}"
     );
     assert!(
-        found.contains("nothing is learned from the columns height"),
+        found.contains("column height [mm] is no column of this device; not used"),
         "{found}"
     );
 }

@@ -27,6 +27,22 @@ pub struct Electronics {
     pub converter: Option<Converter>,
 }
 
+/// Frames this many times farther apart than those of the device have times in another unit.
+const OTHER_UNIT: f64 = 300.0;
+
+/// Message and help about frames of a recording that are `step` s apart, of a device with frames at
+/// `frame_rate` Hz; `None` where the times may be in seconds.
+pub fn times_in_another_unit(step: f64, frame_rate: f64) -> Option<[String; 2]> {
+    (step * frame_rate >= OTHER_UNIT).then(|| {
+        let message = format!(
+            "the frames are {step:.3} s apart, those of the sensor file {:.3} s ({frame_rate} Hz): the times are in another unit",
+            1.0 / frame_rate
+        );
+        let help = "times without a unit are in s: name the columns in a first line, such as time [ms],channel_1,channel_2, or correct electronics.frame_rate";
+        [message, help.to_owned()]
+    })
+}
+
 /// First stage of the board; the header in the file names it. Each kind of
 /// element has its own kinds of stage.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]

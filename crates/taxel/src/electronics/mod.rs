@@ -18,7 +18,9 @@ pub use charge_board::{ChargeBoard, OutputUnit};
 pub use converter::{Code, Converter};
 pub use divider_board::DividerBoard;
 pub use first_order_filter::FirstOrderFilter;
-pub use front_end::{Digital, DigitalUnit, Electronics, FrontEnd, Readout, Stage};
+pub use front_end::{
+    Digital, DigitalUnit, Electronics, FrontEnd, Readout, Stage, times_in_another_unit,
+};
 pub(crate) use last_stage::LARGEST_STEP;
 pub use last_stage::{Delivered, LastStage};
 pub use measured::{Measured, MeasuredUnit, Noises, Stated};

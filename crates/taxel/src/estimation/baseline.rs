@@ -41,7 +41,7 @@ impl BaselineOptions {
     pub fn new(deviations: Vec<f64>) -> Self {
         Self {
             deviations,
-            fastest_drift: 0.06,
+            fastest_drift: FASTEST_DRIFT,
             follow: 20.0,
             smoothing: 1.0,
             settling: 0.25,
@@ -318,6 +318,10 @@ impl Pause {
     }
 }
 
+/// The fastest drift, in deviations of a reading per second.
+pub(super) const FASTEST_DRIFT: f64 = 0.06;
+/// A rate of drift holds for about this time, s.
+pub(super) const STEADY: f64 = 300.0;
 /// The average leaves the baseline when it differs by this many deviations.
 const LEAVES: f64 = 5.0;
 /// Following a drift that begins, the level is behind by at most this share, 1/e, of what
@@ -332,8 +336,6 @@ const SETTLED: f64 = 8.0;
 const FOLLOWED: f64 = 2.0;
 /// Longest step of the filter, s: one reading after a pause weighs no more.
 const LONGEST_STEP: f64 = 0.1;
-/// A rate of drift holds for about this time, s.
-const STEADY: f64 = 300.0;
 /// A drift goes on record when it has moved by this many deviations.
 const RECORDED: f64 = 1.0;
 /// Changes that are kept.

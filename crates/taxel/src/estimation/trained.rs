@@ -3,13 +3,14 @@
 
 use std::collections::VecDeque;
 
+use super::baseline::{FASTEST_DRIFT, STEADY};
 use super::contact::{Cell, Contact, normal_only};
 use super::reader::{
     Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
     counting,
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
-use super::zero_doubt::{MEAN, ZeroDoubt};
+use super::zero_doubt::{PauseMean, ZeroDoubt};
 use super::{ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
@@ -56,8 +57,9 @@ impl TrainedArea {
 
 /// There is a contact above this many deviations of the force.
 const CONTACT_DEVIATIONS: f64 = 3.0;
-/// Time of the empty body over which its zero follows the force that it shows, s.
-const FOLLOW: f64 = 300.0;
+/// Times over which the drift that pauses show is followed, s: where it is within what the maps err by
+/// anyway, and where it is more.
+const FOLLOW: [f64; 2] = [1500.0, 300.0];
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
 /// Frames that are kept, so that new rest values make the memory of the force from them: those
@@ -97,6 +99,10 @@ pub struct TrainedReader {
     /// Force of the empty body for a drift of every channel by its deviation, N; `NaN` before it was
     /// looked at.
     per_drift: f64,
+    /// What the baseline took of the drift of each channel, up to the last frame.
+    of_baseline: Vec<f64>,
+    /// By how much the scaled readings differ from all that the frames of training explain.
+    unexplained: f64,
     watch: Option<RelationWatch>,
     /// True once the rest of the device was captured.
     rested: bool,
@@ -174,6 +180,8 @@ impl TrainedReader {
             replaced: vec![0.0; channels],
             drifted: vec![0.0; channels],
             per_drift: f64::NAN,
+            of_baseline: vec![0.0; channels],
+            unexplained: 0.0,
             watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
             rested: false,
             captured: [0; 2],
@@ -203,17 +211,20 @@ impl TrainedReader {
             *own = masked;
         }
         for (own, masked) in self.channels.iter_mut().zip(channels) {
-            own.masked = *masked;
+            own.masked |= *masked;
         }
         self
     }
 
     /// Reads the numbers of an instrument by `scale`, with its range; `deviation` is that of
-    /// one number.
+    /// one number, unless training found more of it at rest.
     #[must_use]
     pub fn with_instrument(mut self, scale: NumberScale, deviation: f64) -> Self {
-        for facts in &mut self.channels {
-            facts.deviation = deviation;
+        let found = self.maps.rest.iter().flat_map(|rest| &rest.deviation);
+        let found = found.map(|reading| reading / scale.per_number.abs());
+        let found = found.chain(std::iter::repeat(0.0));
+        for (facts, found) in self.channels.iter_mut().zip(found) {
+            facts.deviation = deviation.max(found);
             facts.resolution = scale.step;
             facts.span = scale.alive();
         }
@@ -221,9 +232,21 @@ impl TrainedReader {
         self
     }
 
+    /// What the baseline has come to follow of a drift is not taken off twice.
+    fn take_over(&mut self, known: &Known<'_>) {
+        for (channel, last) in self.of_baseline.iter_mut().enumerate() {
+            let now = known.drift(channel);
+            if let Some(watch) = self.watch.as_mut().filter(|_| now != *last) {
+                watch.give(channel, now - *last);
+            }
+            *last = now;
+        }
+    }
+
     /// Replaces readings that are missing or that the others contradict.
     fn watch(&mut self, known: &Known<'_>, channels: &mut ChannelReadings) {
         self.replaced.fill(0.0);
+        self.unexplained = 0.0;
         channels.residuals.fill(f64::NAN);
         if self.another_scale(&channels.readings) {
             for (channel, value) in self.values.iter_mut().enumerate() {
@@ -246,6 +269,7 @@ impl TrainedReader {
         let unknown = tared && (known.capturing || !self.rested);
         let elapsed = known.elapsed.unwrap_or(0.0);
         let judged = watch.judge(elapsed, &mut self.values, unknown).clone();
+        self.unexplained = judged.unexplained;
         for (at, channel) in watch.relation().standard.used.iter().enumerate() {
             self.replaced[*channel] = judged.deviation[at];
             if judged.left_out[at] && channels.states[*channel].usable() {
@@ -317,14 +341,8 @@ impl TrainedReader {
             .map(|map| map.estimate_open(values, &open))
             .transpose()?
             .filter(|position| position.support == Support::Trained);
-        // What a doubt hides is no more than a deviation: else it would grow by the touches it hides.
-        let known = stated
-            .first()
-            .map_or(f64::INFINITY, |[_, deviation]| *deviation);
-        let pressed = |force: &Estimate| {
-            let deviation = force.deviation.min(std::f64::consts::SQRT_2 * known);
-            force.value > CONTACT_DEVIATIONS * deviation
-        };
+        let pressed =
+            |force: &Estimate| self.shown(&stated, 0) > open_at(&stated, 0, force.deviation);
         let contact = match &force {
             Some(force) if pressed(force) || force.support == Support::Trained => {
                 Some(pressed(force))
@@ -345,12 +363,18 @@ impl TrainedReader {
     /// True if surely nothing touches.
     fn is_free(&self) -> bool {
         let found = &self.found;
-        let mut components = found.components.iter();
+        let mut components = found.components.iter().zip(1..);
         let trained = |force: &Estimate| force.support == Support::Trained;
         found.contact == Some(false)
             && found.force.as_ref().is_some_and(trained)
-            && components
-                .all(|(_, [value, deviation])| value.abs() < CONTACT_DEVIATIONS * deviation)
+            && components.all(|((_, [_, deviation]), number)| {
+                self.shown(&found.stated, number).abs() < open_at(&found.stated, number, *deviation)
+            })
+    }
+
+    /// What an estimate shows beyond what the empty body shows of late.
+    fn shown(&self, stated: &[[f64; 2]], number: usize) -> f64 {
+        stated[number][0] - self.doubts[number].level()
     }
 
     /// Widens the deviations of force and components by what is open about the readings, and by the
@@ -387,6 +411,14 @@ impl TrainedReader {
         let known = stated.iter().zip(drift).zip(&self.doubts);
         for (deviation, (([_, stated], drift), doubt)) in deviations.zip(known) {
             *deviation = stated.hypot(drift).hypot(doubt.deviation());
+        }
+        // What is unlike training decides no contact.
+        if let Some(map) = &self.force {
+            let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
+            let deviations = std::iter::once(&mut force.deviation).chain(deviations);
+            for (deviation, beyond) in deviations.zip(map.beyond_training(self.unexplained)) {
+                *deviation = deviation.hypot(beyond);
+            }
         }
         stated
     }
@@ -427,9 +459,6 @@ impl TrainedReader {
 
     /// What a frame, `free` of contacts or not, says of the zero.
     fn look_at_zero(&mut self, elapsed: f64, free: bool) {
-        if let Some(watch) = self.watch.as_mut().filter(|_| free && self.rested) {
-            watch.follow(elapsed);
-        }
         if let Some(rest) = self.maps.rest.as_ref().filter(|_| self.rested) {
             let channels = self.of_channels.iter_mut().zip(&self.values);
             let at_rest = self.rest.iter().zip(&rest.deviation);
@@ -437,30 +466,66 @@ impl TrainedReader {
                 doubt.push(elapsed, free.then_some([value - rest, *deviation]));
             }
         }
-        let mut force = None;
-        let stated = self.found.stated.iter();
-        for (number, (doubt, stated)) in self.doubts.iter_mut().zip(stated).enumerate() {
-            let mean = doubt.push(elapsed, free.then_some(*stated));
-            if number == 0 && doubt.deviation() > 0.0 {
-                force = mean;
+        if let Some(watch) = &mut self.watch {
+            if free && self.rested {
+                watch.rest(elapsed);
+            } else {
+                watch.fade((-elapsed / STEADY).exp());
             }
         }
-        if let Some(mean) = force {
-            self.take_off(mean);
+        let stated = self.found.stated.iter();
+        let pauses: Vec<Option<PauseMean>> = self
+            .doubts
+            .iter_mut()
+            .zip(stated)
+            .map(|(doubt, stated)| doubt.push(elapsed, free.then_some(*stated)))
+            .collect();
+        if pauses.iter().any(Option::is_some) {
+            self.look_at_pauses(&pauses);
+        }
+        if let Some(watch) = self.watch.as_mut().filter(|_| !free) {
+            watch.forget_pause();
         }
     }
 
-    /// Takes a share of the force that the empty body shows, N, off the readings: the least drift,
-    /// in deviations of the channels, that explains it.
-    fn take_off(&mut self, force: f64) {
+    /// What the pauses of the force and of its other components say of drift.
+    fn look_at_pauses(&mut self, pauses: &[Option<PauseMean>]) {
         let (Some(rest), Some(map)) = (&self.maps.rest, &self.force) else {
             return;
         };
-        let Some(all) = map.slopes().next() else {
+        let all: Vec<Vec<ChannelSlope>> = map.slopes().collect();
+        for ((pause, doubt), slopes) in pauses.iter().zip(&mut self.doubts).zip(&all) {
+            let Some(pause) = pause else { continue };
+            // For a change of each channel by its deviation, SI.
+            let slopes = slopes.iter().zip(&rest.deviation);
+            let square = slopes.map(|(slope, deviation)| (slope.slow * deviation).powi(2));
+            doubt.show(pause, FASTEST_DRIFT * square.sum::<f64>().sqrt());
+        }
+        let (Some(Some(pause)), Some(slopes)) = (pauses.first(), all.first()) else {
             return;
         };
+        // Creep shows in pauses, too: what the stated deviation does not explain is a drift for sure.
+        let doubted = self
+            .doubts
+            .first()
+            .is_some_and(|doubt| doubt.deviation() > 0.0);
+        self.take_off(pause, slopes, doubted);
+    }
+
+    /// Follows the drift that a pause shows in level and rate: that of what looks like no touch, and
+    /// the force that the empty body shows, N, as the least drift, in deviations of the channels, that explains
+    /// it; sooner where its zero is `doubted`.
+    fn take_off(&mut self, pause: &PauseMean, slopes: &[ChannelSlope], doubted: bool) {
+        let (Some(rest), Some(watch)) = (&self.maps.rest, &mut self.watch) else {
+            return;
+        };
+        let gains = FOLLOW.map(|follow| {
+            let stay = (-pause.since / follow).exp();
+            [1.0 - stay * stay, (1.0 - stay).powi(2) / pause.since]
+        });
+        watch.follow(gains);
         // For a change of each channel by its deviation, N.
-        let slopes = all.iter().zip(&rest.deviation);
+        let slopes = slopes.iter().zip(&rest.deviation);
         let slopes: Vec<f64> = slopes
             .map(|(slope, deviation)| slope.slow * deviation)
             .collect();
@@ -469,12 +534,10 @@ impl TrainedReader {
             return;
         }
         self.per_drift = square.sqrt();
-        let Some(watch) = &mut self.watch else {
-            return;
-        };
-        let share = 1.0 - (-MEAN / FOLLOW).exp();
+        let [share, rate] = gains[usize::from(doubted)];
         for (channel, (slope, deviation)) in slopes.iter().zip(&rest.deviation).enumerate() {
-            watch.take_off(channel, share * force * slope / square * deviation);
+            let drift = pause.value * slope / square * deviation;
+            watch.take_off(channel, share * drift, rate * drift);
         }
     }
 
@@ -584,7 +647,14 @@ impl Reader for TrainedReader {
 
     fn noise(&self) -> Vec<f64> {
         match &self.maps.rest {
-            Some(rest) => rest.deviation.clone(),
+            // A channel that no map uses says nothing.
+            Some(rest) => {
+                let used = |(channel, deviation): (usize, &f64)| {
+                    let used = self.maps.use_channel(channel);
+                    if used { *deviation } else { f64::NAN }
+                };
+                rest.deviation.iter().enumerate().map(used).collect()
+            }
             None => vec![f64::NAN; self.channels.len()],
         }
     }
@@ -627,6 +697,7 @@ impl Reader for TrainedReader {
         } else {
             0
         };
+        self.take_over(known);
         self.watch(known, channels);
         self.find_drift(known);
         if self.force.is_some() {
@@ -756,7 +827,7 @@ fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts>
             .copied()
             .unwrap_or(0.0)
     };
-    let channel = |channel: usize| {
+    let channel_facts = |channel: usize| {
         let unknown = ChannelFacts::unknown(true);
         match noise.and_then(|rest| rest.deviation.get(channel)) {
             Some(deviation) => ChannelFacts {
@@ -769,7 +840,17 @@ fn facts(maps: &TrainedMaps, channels: usize, symbol: &str) -> Vec<ChannelFacts>
             None => unknown,
         }
     };
-    (0..channels).map(channel).collect()
+    let watched = |channel: usize| ChannelFacts {
+        masked: !maps.use_channel(channel),
+        ..channel_facts(channel)
+    };
+    (0..channels).map(watched).collect()
+}
+
+/// A contact shows this much: many deviations. What a doubt hides is no more than one of them, else
+/// it would grow by the touches it hides.
+fn open_at(stated: &[[f64; 2]], number: usize, deviation: f64) -> f64 {
+    CONTACT_DEVIATIONS * deviation.min(std::f64::consts::SQRT_2 * stated[number][1])
 }
 
 fn doubts(maps: &TrainedMaps) -> Vec<ZeroDoubt> {

@@ -11,6 +11,10 @@ use taxel_numerics::dense::dot;
 use super::memory::Memory;
 use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
 
+/// What a map errs by is known, from frames that were held out, up to this share of the leverage from
+/// which on a frame is outside.
+const FARTHEST: f64 = 0.5;
+
 /// Factors on the deviation by the level of the estimate, from held-out errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -517,6 +521,40 @@ impl ForceEstimator {
             };
         }
         found
+    }
+
+    /// What the last estimate, then each other component, may be off by beyond its deviation because
+    /// the frame is unlike those of training, SI: as standard deviations.
+    ///
+    /// `unexplained` is the size of a change of the channels over their scale that no frame of training
+    /// explains; it counts as if it lay in the direction in which the estimate changes most. Farther
+    /// from the frames of training than any that was held out a map errs by what it does not know of the
+    /// body, which grows with the square of the distance. Nothing is off by more than
+    /// the range of the forces of training, or as much in proportion.
+    pub fn beyond_training(&self, unexplained: f64) -> Vec<f64> {
+        let map = &self.map;
+        let others = map.components.iter().map(|map| &map.ridge);
+        let ridges: Vec<&Ridge> = std::iter::once(&map.ridge).chain(others).collect();
+        if self.features.is_empty() {
+            return vec![0.0; ridges.len()];
+        }
+        let leverage = map.ridge.leverage(&self.features);
+        let farther = (leverage / (FARTHEST * map.largest_leverage)).max(1.0);
+        let distance = ((farther * farther - 1.0) * (1.0 + leverage)).sqrt();
+        if unexplained == 0.0 && distance == 0.0 {
+            return vec![0.0; ridges.len()];
+        }
+        let standard = &map.standard;
+        let found = ridges.iter().map(|ridge| {
+            let slopes = self.slopes_of(ridge);
+            let used = standard.used.iter().zip(&standard.scale);
+            let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
+            let of_channels = unexplained * squares.sum::<f64>().sqrt();
+            of_channels.hypot(distance * ridge.noise_variance().sqrt())
+        });
+        let found: Vec<f64> = found.collect();
+        let share = ((map.range[1] - map.range[0]) / found[0]).min(1.0);
+        found.into_iter().map(|beyond| share * beyond).collect()
     }
 
     /// The map.

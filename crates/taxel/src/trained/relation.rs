@@ -45,11 +45,16 @@ pub struct Judged {
     /// Standard deviation of the readings that were replaced, in the unit of a channel; zero of
     /// the others.
     pub deviation: Vec<f64>,
+    /// By how much the readings in use, over their scale, differ from what the others say beyond
+    /// what frames of training do: the root of the sum of the squares.
+    pub unexplained: f64,
 }
 
 /// A reading this many deviations from what the others say is suspected; and one that was left
 /// out is taken again below half of it.
 pub const CONTRADICTS: f64 = 8.0;
+/// Frames of training differ by up to this many deviations from what the others say.
+const USUAL: f64 = 3.0;
 /// A frame with less than this many times the largest misfit of training is like training.
 const LIKE: f64 = 2.0;
 /// At most this share of the channels can be wrong beside the others.
@@ -99,8 +104,12 @@ pub struct RelationWatch {
     product: Vec<f64>,
     /// Channels that were wrong in the frame before.
     before: Vec<bool>,
-    /// Scaled drift of each channel in use.
+    /// Scaled drift of each channel in use, and its rate, 1/s.
     drift: Vec<f64>,
+    rate: Vec<f64>,
+    /// Sum of the scaled readings of a pause over its time, and the time, s.
+    pause: Vec<f64>,
+    paused: f64,
     /// For how long each of them has agreed again, s.
     agrees: Vec<f64>,
     /// Channels that are left out, each with what the others say of it and the growth of its
@@ -111,8 +120,6 @@ pub struct RelationWatch {
 
 /// A channel that was left out is used again when it has agreed with the others for this time, s.
 const RECOVERED: f64 = 2.0;
-/// Time of the empty body over which its drift is followed, s.
-const FOLLOW: f64 = 300.0;
 
 impl RelationWatch {
     /// A watch over channels that are all well.
@@ -133,12 +140,16 @@ impl RelationWatch {
             product: vec![0.0; width],
             before: vec![false; width],
             drift: vec![0.0; width],
+            rate: vec![0.0; width],
+            pause: vec![0.0; width],
+            paused: 0.0,
             agrees: vec![0.0; width],
             said: Vec::new(),
             judged: Judged {
                 scores: vec![0.0; width],
                 left_out: vec![false; width],
                 deviation: vec![0.0; width],
+                unexplained: 0.0,
             },
             relation,
         })
@@ -159,6 +170,7 @@ impl RelationWatch {
         let standard = &self.relation.standard;
         let mut missing = 0;
         for (i, channel) in standard.used.iter().enumerate() {
+            self.drift[i] += self.rate[i] * elapsed;
             let drift = standard.scale[i] * self.drift[i];
             let value = frame.get_mut(*channel).map_or(f64::NAN, |value| {
                 *value -= drift;
@@ -170,6 +182,7 @@ impl RelationWatch {
             self.scaled[i] = if scaled.is_finite() { scaled } else { 0.0 };
         }
         self.judged.deviation.fill(0.0);
+        self.judged.unexplained = 0.0;
         self.judged.scores.fill(f64::NAN);
         if missing > most {
             return &self.judged;
@@ -222,43 +235,91 @@ impl RelationWatch {
             self.sweep();
             self.say();
         }
+        self.judged.unexplained = self.unexplained();
         self.replace(frame);
         &self.judged
     }
 
-    /// Takes what the frame that was judged, one of the empty body `elapsed` s after the one
-    /// before, leaves of zero for drift. Only readings that are tared have a zero.
-    pub fn follow(&mut self, elapsed: f64) {
-        let width = self.scaled.len();
-        if !self.relation.tared {
-            return;
-        }
-        let standard = &self.relation.standard;
-        let off: Vec<f64> = (0..width)
-            .map(|i| self.scaled[i] + standard.centre[i] / standard.scale[i])
-            .collect();
-        let share = 1.0 - (-elapsed / FOLLOW).exp();
-        for i in 0..width {
-            if self.judged.left_out[i] {
-                continue;
-            }
-            let row = &self.swept[i * width..(i + 1) * width];
-            let residual: f64 = row.iter().zip(&off).map(|(p, z)| p * z).sum();
-            self.drift[i] += share * residual / row[i];
-        }
+    /// By how much the readings in use differ from what the others say, beyond what they may.
+    fn unexplained(&self) -> f64 {
+        let used = (0..self.scaled.len()).filter(|i| !self.judged.left_out[*i]);
+        let squares = used.map(|i| {
+            let score = self.judged.scores[i];
+            let beyond = (score * score - USUAL * USUAL).max(0.0);
+            self.relation.deviation[i].powi(2) * beyond
+        });
+        squares.sum::<f64>().sqrt()
     }
 
-    /// Takes `drift` of a channel, in its unit, off the readings that follow.
-    pub fn take_off(&mut self, channel: usize, drift: f64) {
+    /// The frame that was judged is one of a pause, `elapsed` s after the one before.
+    pub fn rest(&mut self, elapsed: f64) {
+        for (sum, scaled) in self.pause.iter_mut().zip(&self.scaled) {
+            *sum += scaled * elapsed;
+        }
+        self.paused += elapsed;
+    }
+
+    /// Forgets the frames of the pause.
+    pub fn forget_pause(&mut self) {
+        self.pause.fill(0.0);
+        self.paused = 0.0;
+    }
+
+    /// Takes what the frames of the pause leave of zero for drift: a share of it, and another, 1/s, for
+    /// its rate; those of `gains[1]` where a channel is off by more than its deviation. Only readings that
+    /// are tared have a zero.
+    pub fn follow(&mut self, gains: [[f64; 2]; 2]) {
+        let width = self.scaled.len();
+        let paused = self.paused;
+        if self.relation.tared && paused > 0.0 {
+            let standard = &self.relation.standard;
+            let off: Vec<f64> = (0..width)
+                .map(|i| self.pause[i] / paused + standard.centre[i] / standard.scale[i])
+                .collect();
+            for i in (0..width).filter(|i| !self.judged.left_out[*i]) {
+                let row = &self.swept[i * width..(i + 1) * width];
+                let residual: f64 = row.iter().zip(&off).map(|(p, z)| p * z).sum();
+                let residual = residual / row[i];
+                let beyond = residual.abs() > self.relation.deviation[i];
+                let [share, rate] = gains[usize::from(beyond)];
+                self.drift[i] += share * residual;
+                self.rate[i] += rate * residual;
+            }
+        }
+        self.forget_pause();
+    }
+
+    /// Takes `drift` of a channel, in its unit, off the readings that follow, and what its `rate`,
+    /// 1/s, adds in time.
+    pub fn take_off(&mut self, channel: usize, drift: f64, rate: f64) {
         let standard = &self.relation.standard;
         if let Some(i) = standard.used.iter().position(|used| *used == channel) {
             self.drift[i] += drift / standard.scale[i];
+            self.rate[i] += rate / standard.scale[i];
+        }
+    }
+
+    /// While the drift is not seen its rates fade to the share `steady`.
+    pub fn fade(&mut self, steady: f64) {
+        self.rate.iter_mut().for_each(|rate| *rate *= steady);
+    }
+
+    /// Of the drift of a channel, `taken`, in its unit, was taken off elsewhere.
+    pub fn give(&mut self, channel: usize, taken: f64) {
+        let standard = &self.relation.standard;
+        if let Some(i) = standard.used.iter().position(|used| *used == channel) {
+            let [taken, own] = [taken / standard.scale[i], self.drift[i]];
+            if taken * own > 0.0 {
+                self.drift[i] -= own.signum() * taken.abs().min(own.abs());
+            }
         }
     }
 
     /// Forgets the drift: the rest of the device was captured.
     pub fn forget_drift(&mut self) {
         self.drift.fill(0.0);
+        self.rate.fill(0.0);
+        self.forget_pause();
     }
 
     /// Leaves out one channel after the other that contradicts the rest; false if the frame
@@ -454,9 +515,11 @@ mod tests {
             last[2] += drift;
             let judged = watch.judge(1.0, &mut last, false);
             assert!(judged.left_out.iter().all(|left_out| !left_out));
-            watch.follow(1.0);
+            watch.rest(1.0);
+            let stay = f64::exp(-1.0 / 300.0);
+            watch.follow([[1.0 - stay * stay, (1.0 - stay).powi(2)]; 2]);
         }
-        // The part of the drift that looks like a touch stays, the rest is behind by minutes.
+        // The part of the drift that looks like a touch stays.
         let along: f64 = last.iter().zip(directions).map(|(v, d)| v * d).sum();
         let touch = along / square;
         let expected = 0.5 + drift * directions[2] / square;

@@ -10,7 +10,8 @@
 //! block of rows can be taken away again: leaving a block out is exact.
 
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::{Mat, MatRef, Par, Side};
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::dot;
@@ -139,7 +140,7 @@ impl Ridge {
         let weights: Vec<f64> = (0..size).map(|j| solution[(j, 0)] * scale[j]).collect();
         let explained: f64 = (0..size).map(|j| weights[j] * moments.moment[(j, 0)]).sum();
         let rest = (moments.square - explained).max(1e-12 * moments.square);
-        let inverse = lower_inverse(&factor.L().to_owned());
+        let inverse = lower_inverse(factor.L());
         Ok(Self {
             weights,
             noise_variance: (rest / (moments.rows - 1.0)).max(f64::MIN_POSITIVE),
@@ -178,16 +179,10 @@ impl Ridge {
 }
 
 /// L⁻¹ of a lower triangular matrix.
-fn lower_inverse(factor: &Mat<f64>) -> Mat<f64> {
+fn lower_inverse(factor: MatRef<'_, f64>) -> Mat<f64> {
     let size = factor.nrows();
     let mut inverse = Mat::zeros(size, size);
-    for j in 0..size {
-        inverse[(j, j)] = 1.0 / factor[(j, j)];
-        for i in j + 1..size {
-            let sum: f64 = (j..i).map(|k| factor[(i, k)] * inverse[(k, j)]).sum();
-            inverse[(i, j)] = -sum / factor[(i, i)];
-        }
-    }
+    invert_lower_triangular(inverse.as_mut(), factor, Par::Seq);
     inverse
 }
 
