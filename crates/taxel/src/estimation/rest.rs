@@ -247,7 +247,12 @@ impl RestCapture {
             *saturated |= *state == ChannelState::Saturated;
         }
         if rules.ends_at_touch {
-            let so_far = self.readings.channels().iter().zip(noise).zip(readings);
+            let so_far = self
+                .readings
+                .channels()
+                .iter()
+                .zip(noise)
+                .zip(usable.clone());
             let touched = self.frames.len() >= LEAST_FRAMES
                 && so_far.into_iter().any(|((running, noise), reading)| {
                     (reading - running.mean_or_nan()).abs() > TOUCHED * noise

@@ -59,7 +59,7 @@ impl TrainedArea {
 const CONTACT_DEVIATIONS: f64 = 3.0;
 /// Times over which the drift that pauses show is followed, s: where it is within what the maps err by
 /// anyway, and where it is more.
-const FOLLOW: [f64; 2] = [1500.0, 300.0];
+const FOLLOW: [f64; 2] = [2000.0, 300.0];
 /// A cell is of the contact from this share of it on.
 const CELL_SHARE: f64 = 0.05;
 /// Frames that are kept, so that new rest values make the memory of the force from them: those
@@ -410,7 +410,8 @@ impl TrainedReader {
         let deviations = std::iter::once(&mut force.deviation).chain(deviations);
         let known = stated.iter().zip(drift).zip(&self.doubts);
         for (deviation, (([_, stated], drift), doubt)) in deviations.zip(known) {
-            *deviation = stated.hypot(drift).hypot(doubt.deviation());
+            let zero = doubt.deviation().hypot(doubt.level());
+            *deviation = stated.hypot(drift).hypot(zero);
         }
         // What is unlike training decides no contact.
         if let Some(map) = &self.force {
@@ -521,7 +522,12 @@ impl TrainedReader {
         };
         let gains = FOLLOW.map(|follow| {
             let stay = (-pause.since / follow).exp();
-            [1.0 - stay * stay, (1.0 - stay).powi(2) / pause.since]
+            if rest.recovery > 0.0 {
+                [1.0 - stay * stay, (1.0 - stay).powi(2) / pause.since]
+            } else {
+                // The baseline knows the rates of a body that does not creep.
+                [1.0 - stay, 0.0]
+            }
         });
         watch.follow(gains);
         // For a change of each channel by its deviation, N.
@@ -647,14 +653,7 @@ impl Reader for TrainedReader {
 
     fn noise(&self) -> Vec<f64> {
         match &self.maps.rest {
-            // A channel that no map uses says nothing.
-            Some(rest) => {
-                let used = |(channel, deviation): (usize, &f64)| {
-                    let used = self.maps.use_channel(channel);
-                    if used { *deviation } else { f64::NAN }
-                };
-                rest.deviation.iter().enumerate().map(used).collect()
-            }
+            Some(rest) => rest.deviation.clone(),
             None => vec![f64::NAN; self.channels.len()],
         }
     }

@@ -54,7 +54,7 @@ pub struct Judged {
 /// out is taken again below half of it.
 pub const CONTRADICTS: f64 = 8.0;
 /// Frames of training differ by up to this many deviations from what the others say.
-const USUAL: f64 = 3.0;
+const USUAL: f64 = 2.0;
 /// A frame with less than this many times the largest misfit of training is like training.
 const LIKE: f64 = 2.0;
 /// At most this share of the channels can be wrong beside the others.
