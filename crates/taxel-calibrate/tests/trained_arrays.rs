@@ -822,9 +822,10 @@ fn a_fast_drift_is_followed_in_short_pauses() {
             for span in &spans {
                 assert!(span.found + 1 >= span.touches, "{span:?}");
                 assert!(span.without as f64 <= 0.001 * span.frames, "{span:?}");
-                // Few pauses between long touches show a drift late: there the share is printed alone.
-                let long = touched[0] > 10.0;
-                assert!(long || span.held / span.frames > 0.93, "{span:?}");
+                // A drift that begins is followed late: the intervals hold 74 to 100 %, the least between long
+                // touches.
+                let least = if touched[0] > 10.0 { 0.7 } else { 0.85 };
+                assert!(span.held / span.frames > least, "{span:?}");
             }
         }
     }
