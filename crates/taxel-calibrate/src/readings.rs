@@ -245,8 +245,9 @@ impl ReadingTable {
         let back = self.back_in_time(key);
         if let Some(first) = back.first() {
             let message = format!(
-                "time goes back in the file at {} places; the rows were put in order",
-                back.len()
+                "time goes back in the file at {} {}; the rows were put in order",
+                back.len(),
+                if back.len() == 1 { "place" } else { "places" }
             );
             self.remarks.push(Remark::at(*first, &message));
         }
@@ -646,7 +647,7 @@ mod tests {
         // What holds for many rows is said once.
         assert_eq!(
             remark("time [s],force_z [mN]\n1,1\n2,1\n1,1\n2,1\n3,\n3,1\n3,1\n3,1\n"),
-            "line 6: no force_z; the row is left outline 4: time goes back in the file at 1 places; the rows were put in order\
+            "line 6: no force_z; the row is left outline 4: time goes back in the file at 1 place; the rows were put in order\
              line 4: a second row of the same time; left out; 4 times, from here on"
         );
         assert_eq!(letters_between("force z", "Force_Z"), 0);

@@ -1,7 +1,7 @@
 //! Examples of the documents are what the program prints.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::common::done;
 
@@ -58,5 +58,38 @@ fn predictions_of_the_readme_are_what_the_program_prints() {
         for line in &example.shown {
             assert!(printed.contains(line), "{command:?}: {line}: {printed:?}");
         }
+    }
+}
+
+/// Pages below a folder.
+fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            pages(&path, found);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn no_page_has_the_marks_of_a_merge() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut all = ["README.md", "CHANGELOG.md", "ARCHITECTURE.md"]
+        .map(|name| root.join(name))
+        .to_vec();
+    for folder in ["docs", "bench"] {
+        pages(&root.join(folder), &mut all);
+    }
+    assert!(all.len() > 20);
+    for page in all.iter().filter(|page| page.is_file()) {
+        let text = fs::read_to_string(page).unwrap();
+        let mark = text.lines().position(|line| {
+            ["<<<<<<< ", ">>>>>>> "]
+                .iter()
+                .any(|mark| line.starts_with(mark))
+        });
+        assert_eq!(mark, None, "{}: line from 0", page.display());
     }
 }
