@@ -90,6 +90,6 @@ fn no_page_has_the_marks_of_a_merge() {
                 .iter()
                 .any(|mark| line.starts_with(mark))
         });
-        assert_eq!(mark, None, "{}: line from 0", page.display());
+        assert_eq!(mark, None, "{page:?}, lines from 0");
     }
 }

@@ -92,16 +92,11 @@ impl ZeroDoubt {
     pub(super) fn push(&mut self, elapsed: f64, free: Option<[f64; 2]>) -> Option<PauseMean> {
         self.age += elapsed;
         self.since += elapsed;
-        let found = match free {
-            Some(estimate) => {
-                self.pause.push(elapsed, estimate);
-                self.pause.take(MEAN)
-            }
-            None => {
-                let found = self.pause.take(0.0);
-                self.pause = Pause::default();
-                found
-            }
+        let found = if let Some(estimate) = free {
+            self.pause.push(elapsed, estimate);
+            self.pause.take(MEAN)
+        } else {
+            std::mem::take(&mut self.pause).take(0.0)
         };
         let [value, stated, time] = found?;
         let weight = (time / MEAN).min(1.0);
