@@ -835,6 +835,9 @@ fn a_fast_drift_is_followed_in_short_pauses() {
     }
 }
 
+/// What a broken channel gives in a frame in place of its reading.
+type Breaks<'a> = &'a dyn Fn(usize, f64) -> f64;
+
 /// Channels that break in training are named with what they do and when, and left out; those that
 /// are sound are not.
 #[test]
@@ -870,7 +873,6 @@ fn a_channel_that_breaks_in_training_is_named_and_left_out() {
         "{:?}",
         sound.outcome.remarks
     );
-    type Breaks<'a> = &'a dyn Fn(usize, f64) -> f64;
     let kinds: [(Breaks<'_>, &str); 4] = [
         (
             &|k, reading| if k < 500 { reading } else { 0.0 },
