@@ -731,7 +731,7 @@ fn twenty_tables_that_are_wrong_each_have_their_message() {
             whole.replacen("channel_1,", "channel_1 [kohm],", 1),
             vec![],
             vec![
-                "run.csv:1:26",
+                "run.csv:1:22",
                 "of plain numbers, not of [kohm]",
                 "write channel_1",
             ],
