@@ -337,9 +337,13 @@ impl ForceMap {
 
     /// The estimate for one row of features.
     pub fn estimate(&self, features: &[f64]) -> Estimate {
+        self.estimate_with_leverage(features).0
+    }
+
+    fn estimate_with_leverage(&self, features: &[f64]) -> (Estimate, f64) {
         let (value, variance, leverage) = self.raw(features);
         let outside = leverage > self.largest_leverage;
-        Estimate {
+        let estimate = Estimate {
             value,
             deviation: self.deviation(value, variance),
             support: if outside {
@@ -347,7 +351,8 @@ impl ForceMap {
             } else {
                 Support::Trained
             },
-        }
+        };
+        (estimate, leverage)
     }
 }
 
@@ -432,8 +437,9 @@ pub struct ChannelSlope {
 pub struct ForceEstimator {
     map: ForceMap,
     stream: FeatureStream,
-    /// Features of the last frame.
+    /// Features of the last frame, and their leverage.
     features: Vec<f64>,
+    leverage: f64,
 }
 
 impl ForceEstimator {
@@ -448,6 +454,7 @@ impl ForceEstimator {
         Ok(Self {
             stream: FeatureStream::new(&map, baseline),
             features: Vec::new(),
+            leverage: 0.0,
             map,
         })
     }
@@ -463,7 +470,8 @@ impl ForceEstimator {
     pub fn push(&mut self, time: f64, frame: &[f64]) -> Result<Estimate, TrainingError> {
         self.stream.push(&self.map, time, frame)?;
         self.features = self.map.complete(&self.stream.linear);
-        let mut estimate = self.map.estimate(&self.features);
+        let (mut estimate, leverage) = self.map.estimate_with_leverage(&self.features);
+        self.leverage = leverage;
         let unknown = self.stream.memory.unknown(&self.map.memory_spread);
         if unknown.iter().any(|unknown| *unknown > 0.0) {
             let slopes = self.map.slopes(&self.map.ridge, &self.stream.linear);
@@ -538,7 +546,7 @@ impl ForceEstimator {
         if self.features.is_empty() {
             return vec![0.0; ridges.len()];
         }
-        let leverage = map.ridge.leverage(&self.features);
+        let leverage = self.leverage;
         let farther = (leverage / (FARTHEST * map.largest_leverage)).max(1.0);
         let distance = ((farther * farther - 1.0) * (1.0 + leverage)).sqrt();
         if unexplained == 0.0 && distance == 0.0 {
