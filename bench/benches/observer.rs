@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use taxel::acquisition::{Frame, Stimulus, Stream, Twin};
+use taxel::acquisition::{Delivery, Finger, FingerPoint, Frame, Link, Stimulus, Stream, Twin};
 use taxel::device::Device;
 use taxel::estimation::{ArrayEstimator, MapNoise, MapReader, Observer, Touch};
 use taxel::sensor::Sensor;
@@ -89,5 +89,87 @@ fn segmented(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, observed, segmented);
+/// Frames of 4 x 6 plates under two fingers that swell and fade, after a rest.
+fn two_fingers(sensor: &Sensor) -> (Stream, Vec<Frame>) {
+    let finger = |at: [f64; 2], most: f64| Finger {
+        radius: 2.3e-3,
+        path: (0..=20)
+            .map(|k| FingerPoint {
+                time: 0.5 + 0.05 * f64::from(k),
+                at,
+                force: [
+                    0.0,
+                    0.0,
+                    most * (0.6 + 0.4 * f64::from(k % 2)) * f64::from(k.min(1)),
+                ],
+            })
+            .collect(),
+    };
+    let script = Stimulus {
+        schema: 1,
+        name: "two fingers".into(),
+        duration: 1.5,
+        finger: vec![finger([-4e-3, 0.0], 0.5), finger([5e-3, 1e-3], 1.0)],
+        probe: Vec::new(),
+        slider: Vec::new(),
+        fault: Vec::new(),
+        outage: Vec::new(),
+        link: Link::default(),
+    };
+    let mut twin = Twin::new(sensor, &script, 1).expect("the script fits the array");
+    let stream = twin.stream();
+    let mut frames = Vec::new();
+    while frames
+        .last()
+        .is_none_or(|frame: &Frame| frame.time_ns < 1_450_000_000)
+    {
+        if let Delivery::Frame(frame) = twin.next_delivery() {
+            frames.push(frame);
+        }
+    }
+    (stream, frames)
+}
+
+/// Whole frames of plates in silicone under two fingers: charge, force, division, and the positions
+/// of two contacts that are solved for together.
+fn pairs_on_plates(criterion: &mut Criterion) {
+    let text = Sensor::shipped_text("piezo-1.5mm").expect("is shipped");
+    let text = text
+        .replace("rows = 2", "rows = 4")
+        .replace("columns = 4", "columns = 6")
+        .replace("frame_rate = \"1 kHz\"", "frame_rate = \"400 Hz\"");
+    let sensor = Sensor::parse("piezo-4x6", &text).expect("more elements");
+    let (stream, frames) = two_fingers(&sensor);
+    let device = sensor.device().expect("has a device");
+    let reader = device.reader(&stream).expect("reads its stream");
+    let mut estimator = ArrayEstimator::new(reader);
+    let begun = frames.partition_point(|frame| frame.time_ns < 550_000_000);
+    for frame in &frames[..begun] {
+        estimator.push(frame).expect("fits");
+    }
+    let pressed = &frames[begun..];
+    let step = pressed[1].time_ns - pressed[0].time_ns;
+    let (mut next, mut time_ns) = (pressed.iter().cycle(), pressed[0].time_ns);
+    let (mut pairs, mut all) = (0_u64, 0_u64);
+    criterion.bench_function("4 x 6 plates under two fingers, whole frame", |bencher| {
+        bencher.iter(|| {
+            let frame = next.next().expect("the cycle never ends");
+            time_ns += step;
+            let frame = Frame {
+                time_ns,
+                ..frame.clone()
+            };
+            let touch = estimator.push(black_box(&frame)).expect("fits").0;
+            all += 1;
+            pairs += u64::from(touch.contacts.len() == 2);
+            black_box(touch.contacts.len())
+        });
+    });
+    println!(
+        "two contacts in {} % of {all} frames",
+        100 * pairs / all.max(1)
+    );
+}
+
+criterion_group!(benches, observed, segmented, pairs_on_plates);
 criterion_main!(benches);
