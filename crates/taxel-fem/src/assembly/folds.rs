@@ -8,6 +8,8 @@ use crate::mesh::{Facet, FacetShape, Mesh, Parts};
 use crate::problem::load::FacetTable;
 use crate::problem::{Pairing, Problem, WallPoint, Walls};
 
+/// Usual stiffness of folding corners over the shear modulus.
+pub const FOLDING: f64 = 100.0;
 /// Cosines of the angles by which the surface turns at a corner: 30 to 150 degrees.
 const TURN: f64 = 0.866;
 /// Nodes lie on a plane, facets on one, and points on a facet, within this share of a facet.
@@ -81,7 +83,7 @@ struct Corner {
 /// The contact of a surface with itself at its sharp corners, where two flat faces meet at an angle
 /// and face each other, as at the edges of a rectangular channel: pairs of points at equal
 /// distance from the edge, which may not turn past each other about it ([`Pairing::Folding`]).
-/// `stiffness` in Pa, some hundred times the shear modulus. Rounded corners have no pairs, nor have
+/// `stiffness` in Pa, usually [`FOLDING`] times the shear modulus. Rounded corners have no pairs, nor have
 /// faces that bend.
 pub fn folds(problem: &Problem, surface: &[Facet], stiffness: f64) -> Walls {
     let sides: Vec<Side> = surface

@@ -1,6 +1,6 @@
 //! A layer with a row of voids under pressure: how the voids close.
 
-use taxel_fem::assembly::folds::folds;
+use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::material::Material;
 use taxel_fem::mesh::{Facet, FacetShape, Mesh, VoidCell};
 use taxel_fem::problem::Kinematics;
@@ -38,7 +38,7 @@ pub struct WallContact {
 impl Default for WallContact {
     fn default() -> Self {
         Self {
-            folding: 100.0,
+            folding: FOLDING,
             opposite: 300.0,
             overlap: 2e-3,
         }

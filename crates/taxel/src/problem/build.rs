@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashSet};
 
-use taxel_fem::assembly::folds::folds;
+use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
@@ -24,8 +24,6 @@ use taxel_recording::InputError;
 /// Contact stiffness over shear modulus and mean side of a cell: the multipliers make the result
 /// independent of it, the iteration bears no much stiffer one.
 const STIFFNESS: f64 = 50.0;
-/// Stiffness of folding corners over shear modulus.
-const FOLDING: f64 = 100.0;
 /// Overlap that is accepted over the mean side of a cell.
 const OVERLAP: f64 = 1e-4;
 /// A point lies on the axis of revolution within this share of the greatest radius.

@@ -235,6 +235,9 @@ impl WallPoint {
 
 /// Derivatives by the components across an edge as those by all.
 fn in_space(fold: &PairEnergy, across: [[f64; 3]; 2]) -> PairEnergy {
+    if fold.pressure == 0.0 {
+        return *fold;
+    }
     let mut energy = PairEnergy {
         gradient: [0.0; 6],
         curvature: [[0.0; 6]; 6],
