@@ -92,8 +92,16 @@ pub fn folds(problem: &Problem, surface: &[Facet], stiffness: f64) -> Walls {
         .collect();
     let mut points = Vec::new();
     let (corners, face_of) = corners(&problem.mesh, &sides);
+    let tables = [FacetShape::Line3, FacetShape::Quad9, FacetShape::Tri7]
+        .map(|shape| FacetTable::at(shape, shape.fine_quadrature()));
+    let table_of = |_, shape: FacetShape| match shape {
+        FacetShape::Line3 => &tables[0],
+        FacetShape::Quad9 => &tables[1],
+        FacetShape::Tri7 => &tables[2],
+    };
     for corner in corners {
-        corner.pair(problem, (surface, &sides, &face_of), stiffness, &mut points);
+        let faces = (surface, sides.as_slice(), face_of.as_slice());
+        corner.pair(problem, faces, (&table_of, stiffness), &mut points);
     }
     Walls {
         points,
@@ -188,22 +196,15 @@ impl Corner {
         distances.fold(0.0, f64::max)
     }
 
-    fn pair(
+    fn pair<'t>(
         &self,
         problem: &Problem,
         (surface, sides, face_of): (&[Facet], &[Side], &[u32]),
-        stiffness: f64,
+        (table_of, stiffness): (&dyn Fn(usize, FacetShape) -> &'t FacetTable, f64),
         points: &mut Vec<WallPoint>,
     ) {
         let extents = [0, 1].map(|face| self.extent(face, (sides, face_of)));
         let reach = FOLLOWED * extents[0].min(extents[1]);
-        let tables = [FacetShape::Line3, FacetShape::Quad9, FacetShape::Tri7]
-            .map(|shape| FacetTable::at(shape, shape.fine_quadrature()));
-        let table_of = |_, shape: FacetShape| match shape {
-            FacetShape::Line3 => &tables[0],
-            FacetShape::Quad9 => &tables[1],
-            FacetShape::Tri7 => &tables[2],
-        };
         let of_face = |face: usize| -> Vec<usize> {
             (0..sides.len())
                 .filter(|&k| face_of[k] == self.faces[face])
@@ -211,29 +212,30 @@ impl Corner {
         };
         let others = of_face(1);
         let own: Vec<Facet> = of_face(0).into_iter().map(|k| surface[k]).collect();
-        let at_rest = (
-            &table_of as &dyn Fn(_, _) -> _,
-            problem.mesh.points.as_slice(),
+        each_point_of(
+            problem,
+            &own,
+            (table_of, &problem.mesh.points),
+            &mut |point| {
+                let from = minus(point.rest, self.origin);
+                let (arm, place) = (dot(from, self.away[0]), dot(from, self.along));
+                let beside = |[start, end]: &[f64; 2]| *start <= place && place <= *end;
+                if arm > reach || !self.reaches.iter().any(beside) {
+                    return;
+                }
+                let partner: [f64; 3] = std::array::from_fn(|d| {
+                    self.origin[d] + place * self.along[d] + arm * self.away[1][d]
+                });
+                let met = others.iter().find_map(|&k| {
+                    let side = &sides[k];
+                    let foot = foot(side.shape, &side.places, partner)?;
+                    (foot.from_facet <= FLAT * side.size).then_some((side, foot))
+                });
+                if let Some((side, foot)) = met {
+                    points.push(self.point(&problem.mesh, (point, arm), (side, &foot), stiffness));
+                }
+            },
         );
-        each_point_of(problem, &own, at_rest, &mut |point| {
-            let from = minus(point.rest, self.origin);
-            let (arm, place) = (dot(from, self.away[0]), dot(from, self.along));
-            let beside = |[start, end]: &[f64; 2]| *start <= place && place <= *end;
-            if arm > reach || !self.reaches.iter().any(beside) {
-                return;
-            }
-            let partner: [f64; 3] = std::array::from_fn(|d| {
-                self.origin[d] + place * self.along[d] + arm * self.away[1][d]
-            });
-            let met = others.iter().find_map(|&k| {
-                let side = &sides[k];
-                let foot = foot(side.shape, &side.places, partner)?;
-                (foot.from_facet <= FLAT * side.size).then_some((side, foot))
-            });
-            if let Some((side, foot)) = met {
-                points.push(self.point(&problem.mesh, (point, arm), (side, &foot), stiffness));
-            }
-        });
     }
 
     fn point(

@@ -633,6 +633,24 @@ fn a_volume_that_is_prescribed_finds_its_pressure() {
     assert!((shown / volume - 1.0).abs() < 1e-9, "{shown} {volume}");
 }
 
+/// Gmsh's text of a mesh: dimension, number and name of each group, places of the nodes, elements without
+/// their numbers.
+fn gmsh(groups: &[String], nodes: &[String], elements: &[String]) -> String {
+    let numbered = |lines: &[String]| -> String {
+        let lines = lines.iter().enumerate();
+        let lines = lines.map(|(number, line)| format!("{} {line}\n", number + 1));
+        format!("{}\n{}", lines.len(), lines.collect::<String>())
+    };
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n{}\n$EndPhysicalNames\n\
+         $Nodes\n{}$EndNodes\n$Elements\n{}$EndElements\n",
+        groups.len(),
+        groups.join("\n"),
+        numbered(nodes),
+        numbered(elements)
+    )
+}
+
 /// Gmsh's text of half of a rectangular channel of 400 x 40 um under a cover of 140 um, on cells that
 /// grow from 2 um at its corners.
 fn channel() -> String {
@@ -691,19 +709,18 @@ fn channel() -> String {
             elements.extend([level(5, floor), level(5, roof)]);
         }
     }
-    let mut lines = vec![
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n5\n2 1 \"rubber\"\n1 2 \"base\"\n1 3 \"top\"\n\
-         1 4 \"sides\"\n1 5 \"wall\"\n$EndPhysicalNames"
-            .to_owned(),
-        format!("$Nodes\n{}", wide * y.len()),
+    let names = [
+        "2 1 \"rubber\"",
+        "1 2 \"base\"",
+        "1 3 \"top\"",
+        "1 4 \"sides\"",
+        "1 5 \"wall\"",
     ];
-    let places = y.iter().flat_map(|y| x.iter().map(move |x| [*x, *y]));
-    let numbered = places.enumerate();
-    lines.extend(numbered.map(|(number, [x, y])| format!("{} {x} {y} 0", number + 1)));
-    lines.push(format!("$EndNodes\n$Elements\n{}", elements.len()));
-    let numbered = elements.iter().enumerate();
-    lines.extend(numbered.map(|(number, element)| format!("{} {element}", number + 1)));
-    lines.join("\n") + "\n$EndElements\n"
+    let places = y
+        .iter()
+        .flat_map(|y| x.iter().map(move |x| format!("{x} {y} 0")));
+    let nodes: Vec<String> = places.collect();
+    gmsh(&names.map(str::to_owned), &nodes, &elements)
 }
 
 /// A wall that touches itself folds about its sharp corners: the net pressure at 0.3 of the area is
@@ -769,7 +786,7 @@ fn two_blocks(cells: [usize; 2]) -> String {
         for j in 0..=count {
             for i in 0..=count {
                 let [x, y] = [i, j].map(|k| 10.0 * k as f64 / count as f64);
-                nodes.push(format!("{} {x} {} 0", nodes.len() + 1, low + y));
+                nodes.push(format!("{x} {} 0", low + y));
             }
         }
         let group = 10 * block;
@@ -795,20 +812,15 @@ fn two_blocks(cells: [usize; 2]) -> String {
         }
     }
     let names = ["", "body", "bottom", "top", "left"];
-    let mut lines = vec!["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n8".to_owned()];
+    let mut groups = Vec::new();
     for (group, part) in [(0, "lower"), (10, "upper")] {
         for (number, name) in names.iter().enumerate().skip(1) {
             let dimension = if number == 1 { 2 } else { 1 };
             let number = number + group;
-            lines.push(format!("{dimension} {number} \"{part}_{name}\""));
+            groups.push(format!("{dimension} {number} \"{part}_{name}\""));
         }
     }
-    lines.push(format!("$EndPhysicalNames\n$Nodes\n{}", nodes.len()));
-    lines.extend(nodes);
-    lines.push(format!("$EndNodes\n$Elements\n{}", elements.len()));
-    let numbered = elements.iter().enumerate();
-    lines.extend(numbered.map(|(number, element)| format!("{} {element}", number + 1)));
-    lines.join("\n") + "\n$EndElements\n"
+    gmsh(&groups, &nodes, &elements)
 }
 
 const TWO_BLOCKS: &str = r#"
