@@ -9,6 +9,10 @@ use super::{Facet, Mesh};
 /// Most cells round the corners' squares.
 const MOST_CELLS: usize = 2_000_000;
 
+/// Largest innermost ring inside another, over the square round a corner: what is larger takes
+/// the whole square.
+const WIDEST_INNER: f64 = 0.8;
+
 /// A layer with a row of voids of one shape: the half between the middle of a void
 /// (x = 0) and the middle of the solid beside it. Lengths in one unit of choice.
 ///
@@ -70,8 +74,9 @@ pub struct VoidCell {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerDivision {
     /// Size of the smallest cell over the height of the void, 1e-6 to 0.5 (in very large cells
-    /// 1e-8 of their extent); at a fillet
-    /// the thickness of the cells on the arc. Default 0.01.
+    /// 1e-8 of their extent), or up to a quarter more where no ring fits between the smallest
+    /// cells and the square round their corner; at a fillet the thickness of the cells on the
+    /// arc. Default 0.01.
     pub smallest: f64,
     /// Cells on half a side of the square round a corner, 1 to 64; a fillet has twice as
     /// many on its arc. Default 2.
@@ -362,6 +367,12 @@ impl Corner {
         } else {
             let uniform = (0..=segments).map(|k| k as f64 / segments as f64).collect();
             (reach.min(smallest * segments as f64), uniform)
+        };
+        // A ring that is thin beside its cells would be of flat cells, or of none.
+        let innermost = if innermost > WIDEST_INNER * reach {
+            reach
+        } else {
+            innermost
         };
         // Each ring has half the size of the one outside it, or a little more.
         let count = ((reach / innermost).log2() - 1e-9).ceil().max(0.0);

@@ -226,6 +226,28 @@ fn a_fillet_far_below_the_smallest_cell_keeps_its_nodes() {
     );
 }
 
+/// A ring between the square round a corner and a fillet of nearly half of it was once thinner
+/// than the distance at which nodes are one.
+#[test]
+fn a_fillet_of_nearly_half_the_square_leaves_no_thin_ring() {
+    for below in [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.09, 0.11, 0.3] {
+        for (fillet, smallest) in [(0.5 - 0.5 * below, 0.4), (0.0, 0.25 * (1.0 - below))] {
+            let division = CornerDivision {
+                smallest,
+                ..CornerDivision::default()
+            };
+            let mut cell = VoidCell { division, ..SAMPLE };
+            cell.fillet = fillet * Corner::new(&cell).unwrap().reach;
+            let rings = Corner::new(&cell).unwrap().rings;
+            assert!(
+                rings.windows(2).all(|w| w[1] <= WIDEST_INNER * w[0]),
+                "{rings:?}"
+            );
+            check(&cell, 2e-3);
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
