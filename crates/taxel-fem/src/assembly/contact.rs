@@ -64,7 +64,7 @@ impl System {
         (number, obstacle): (usize, &Obstacle),
         out: &mut Assembled,
     ) {
-        let shift = shift_of(obstacle, state);
+        let shift = obstacle.shift(&state.parameters);
         let contact = &state.contacts[number];
         self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
             let gap = obstacle.shape.gap(point.place, shift);
@@ -436,7 +436,7 @@ impl System {
                 }
             }
             Contact::Obstacle(obstacle) => {
-                let shift = shift_of(obstacle, state);
+                let shift = obstacle.shift(&state.parameters);
                 self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
                     let gap = obstacle.shape.gap(point.place, shift);
                     let distance = gap.distance;
@@ -528,7 +528,7 @@ impl System {
             let mut anchors = Vec::new();
             match contact {
                 Contact::Obstacle(obstacle) if obstacle.friction > 0.0 => {
-                    let shift = shift_of(obstacle, state);
+                    let shift = obstacle.shift(&state.parameters);
                     let surface = &obstacle.surface;
                     self.each_contact_point(problem, surface, &places, &mut |point| {
                         let gap = obstacle.shape.gap(point.place, shift);
@@ -614,14 +614,6 @@ fn rub(
 fn rounding(stiffness: f64, area: f64, place: [f64; 3]) -> f64 {
     let far = place.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     0.5 * stiffness * area * (far * f64::EPSILON).powi(2)
-}
-
-/// Travel of an obstacle so far.
-fn shift_of(obstacle: &Obstacle, state: &State) -> [f64; 3] {
-    match obstacle.travel {
-        Some((direction, parameter)) => direction.map(|x| x * state.parameters[parameter.0]),
-        None => [0.0; 3],
-    }
 }
 
 /// A contact looked at in a state.

@@ -133,6 +133,16 @@ impl Mesh {
         Some(nodes)
     }
 
+    /// Nodes of the cells of a region, sorted, each once; none without such a name.
+    pub fn nodes_of_region(&self, name: &str) -> Option<Vec<u32>> {
+        let region = self.regions.iter().position(|known| known == name)?;
+        let cells = (0..self.cell_count()).filter(|&cell| self.region_of(cell) == region);
+        let mut nodes: Vec<u32> = cells.flat_map(|cell| self.cell(cell).to_vec()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Some(nodes)
+    }
+
     /// Mean distance of neighbouring corners of the facets of a surface, m; zero without facets.
     pub fn mean_side(&self, surface: &[Facet]) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);

@@ -1,12 +1,15 @@
 //! A deformed plane mesh, or a plane surface of a mesh in space, as a drawing (SVG).
 
 mod bars;
+mod marks;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::{ColourMap, OutputError, check_length};
 use crate::mesh::{CellShape, FacetShape, Mesh};
+use crate::problem::Shape;
+use marks::{Mark, ends};
 
 /// Widest and highest drawing of the mesh, in px.
 const ROOM: [f64; 2] = [900.0, 700.0];
@@ -75,6 +78,8 @@ pub struct Picture<'a> {
     displacement: Option<&'a [f64]>,
     colours: Option<Colours<'a>>,
     unit: (&'a str, f64),
+    marks: Vec<Mark<'a>>,
+    obstacles: Vec<(Shape, [f64; 3])>,
 }
 
 /// A cell, or a side of one, to be drawn.
@@ -187,6 +192,8 @@ impl<'a> Picture<'a> {
             displacement: None,
             colours: None,
             unit: ("m", 1.0),
+            marks: Vec::new(),
+            obstacles: Vec::new(),
         }
     }
 
@@ -232,12 +239,14 @@ impl<'a> Picture<'a> {
         let view = self.view()?;
         let [width, height] = view.size;
         let bar = self.colours.as_ref().map_or(0.0, bars::bar_width);
-        let (width, height) = (width + 2.0 * MARGIN + bar, height + 2.0 * MARGIN + FOOT);
+        let foot = height + 2.0 * MARGIN + FOOT;
+        let (width, height) = (width + 2.0 * MARGIN + bar, foot + self.names_height(&view));
         let mut text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
              width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" \
              font-size=\"13\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
         );
+        self.draw_obstacles(&view, &mut text);
         if self.solid {
             self.draw_body(&view, &mut text);
         } else {
@@ -246,6 +255,7 @@ impl<'a> Picture<'a> {
         }
         self.draw_scale_bar(&view, &mut text);
         self.draw_colour_bar(&view, &mut text);
+        self.draw_names(&view, foot - 8.0, &mut text);
         text.push_str("</svg>\n");
         Ok(text)
     }
@@ -294,6 +304,7 @@ impl<'a> Picture<'a> {
         }
         shown.sort_by(|a, b| a.0.total_cmp(&b.0));
         let range = self.colours.map(|colours| self.range(&colours));
+        let marked = self.marked_edges();
         text.push_str("<g stroke-width=\"0.8\" stroke-linejoin=\"round\">\n");
         for (_, face) in shown {
             let mut paths: BTreeMap<String, String> = BTreeMap::new();
@@ -325,6 +336,11 @@ impl<'a> Picture<'a> {
                 "<path fill=\"none\" stroke=\"#000\" stroke-opacity=\"0.5\" d=\"{}\"/>",
                 self.whole_face(view, face)
             );
+            for side in face.shape.sides() {
+                if let Some(ink) = marked.get(&ends(face, side)) {
+                    text.push_str(&self.draw_marked(view, face, side, ink));
+                }
+            }
         }
         text.push_str("</g>\n");
     }
@@ -492,9 +508,7 @@ impl<'a> Picture<'a> {
         let mut edges: BTreeMap<[u32; 2], (usize, &Face, &[u8])> = BTreeMap::new();
         for face in &self.faces {
             for side in face.shape.sides() {
-                let mut ends = [0, 1].map(|k| face.nodes[usize::from(side[k])]);
-                ends.sort_unstable();
-                edges.entry(ends).or_insert((0, face, side)).0 += 1;
+                edges.entry(ends(face, side)).or_insert((0, face, side)).0 += 1;
             }
         }
         let mut draw = |style: &str, outline: bool, displaced: bool| {
@@ -519,6 +533,11 @@ impl<'a> Picture<'a> {
             draw(faint, true, false);
         }
         draw("stroke=\"#111\" stroke-width=\"1.3\"", true, true);
+        for (ends, ink) in self.marked_edges() {
+            if let Some((_, face, side)) = edges.get(&ends) {
+                text.push_str(&self.draw_marked(view, face, side, ink));
+            }
+        }
     }
 }
 
@@ -560,6 +579,14 @@ impl View {
         [
             MARGIN + (place[0] - self.left) * self.scale,
             MARGIN + (self.top - place[1]) * self.scale,
+        ]
+    }
+
+    /// The way back.
+    fn place(&self, put: [f64; 2]) -> [f64; 2] {
+        [
+            self.left + (put[0] - MARGIN) / self.scale,
+            self.top - (put[1] - MARGIN) / self.scale,
         ]
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use taxel_fem::assembly::system::Assembled;
-use taxel_fem::output::{ColourMap, Colours, Encoding, OutputError, Picture, Values, Vtu};
+use taxel_fem::output::{Encoding, OutputError, Vtu};
 use taxel_fem::problem::{Parameter, Rule};
 use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Jump, Multipliers, Solver, Step};
@@ -17,9 +17,6 @@ use super::fields;
 use crate::quantity::{self, Dimension};
 use crate::table::{Cell, Column};
 use taxel_recording::InputError;
-
-/// Direction to the eye where the file gives none.
-const FROM: [f64; 3] = [1.0, -2.0, 1.0];
 
 /// First way over the size of a body that an obstacle is moved to press.
 const SEAT: f64 = 1e-5;
@@ -653,61 +650,6 @@ impl Body {
             .point_field("von_mises_pa", 1, &mises)?
             .point_field("mean_stress_pa", 1, &mean)?;
         Ok(grid.text(Encoding::Base64))
-    }
-
-    /// The deformed body with the von Mises stress of its nodes (SVG): a plane body whole, a body
-    /// in space from outside.
-    ///
-    /// # Errors
-    /// [`OutputError`]; for a direction to the eye of no length.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        let (problem, state) = (self.solver.problem(), self.solver.state());
-        let mesh = &problem.mesh;
-        let dimension = mesh.dimension();
-        let moved: Vec<f64> = state
-            .displacement
-            .iter()
-            .flat_map(|moved| moved[..dimension].to_vec())
-            .collect();
-        let stress = nodal_stress(problem, state);
-        let stress: Vec<f64> = stress.iter().map(|s| von_mises(*s) * 1e-3).collect();
-        let picture = if dimension == 2 {
-            Picture::plane(mesh)?
-        } else {
-            Picture::body(mesh, self.file.picture.from.unwrap_or(FROM))?
-        };
-        let (unit, size) = self.length_unit();
-        picture
-            .length_unit(unit, size)
-            .displacement(&moved)?
-            .colours(Colours {
-                title: "von Mises",
-                unit: "kPa",
-                values: Values::Nodes(&stress),
-                range: None,
-                map: ColourMap::Sequential,
-            })?
-            .svg()
-    }
-
-    /// The largest unit that goes into the scale bar of a picture, about a fifth of its width.
-    fn length_unit(&self) -> (&'static str, f64) {
-        let mesh = &self.solver.problem().mesh;
-        let extent = |d: usize| -> f64 {
-            let along = mesh.points.iter().map(|point| point[d]);
-            let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            });
-            high - low
-        };
-        let width = if mesh.dimension() == 2 {
-            extent(0)
-        } else {
-            (0..3).map(extent).fold(0.0, f64::max)
-        };
-        let units = quantity::LENGTH.units.iter().rev();
-        let mut fitting = units.filter(|(_, size)| *size <= 0.2 * width * (1.0 + 1e-9));
-        *fitting.next().unwrap_or(&quantity::LENGTH.units[0])
     }
 
     /// A failure with what the file calls its parts.

@@ -1262,12 +1262,8 @@ impl Builder<'_> {
     fn capacitance_names(&self, capacitance: &description::Capacitance) -> Result<(), Wrong> {
         // Nodes of a conductor: those of a region, a surface, a curve or a point.
         let group = |name: &str, key: String| {
-            let mesh = self.mesh();
-            let Some(region) = mesh.regions.iter().position(|region| region == name) else {
-                return self.nodes(name, &key);
-            };
-            let cells = (0..mesh.cell_count()).filter(|&cell| mesh.region_of(cell) == region);
-            Ok(cells.flat_map(|cell| mesh.cell(cell).to_vec()).collect())
+            let region = self.mesh().nodes_of_region(name);
+            region.map_or_else(|| self.nodes(name, &key), Ok)
         };
         let lists = [
             ("electrodes", &capacitance.electrodes),

@@ -9,6 +9,7 @@ mod build;
 mod cuts;
 mod description;
 mod fields;
+mod picture;
 mod saved;
 
 pub use body::{Body, Effort, Ended};

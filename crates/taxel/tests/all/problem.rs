@@ -62,6 +62,11 @@ fn a_pressed_dome_is_in_balance_and_its_capacitance_grows() {
     );
     let tip = column(&body, "tip_displacement_y");
     assert!((tip[6] + 1.5e-3).abs() < 1e-5, "{tip:?}");
+    let picture = body.picture().unwrap();
+    for name in ["upper_electrode", "lower_electrode"] {
+        assert!(picture.contains(&format!(">{name}</text>")), "{name}");
+    }
+    assert!(picture.contains("stroke=\"#777\""), "the plate is drawn");
 }
 
 #[test]

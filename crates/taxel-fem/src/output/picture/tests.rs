@@ -62,6 +62,85 @@ fn patches_cover_the_reference_cell() {
 }
 
 #[test]
+fn a_marked_curve_is_whole_and_a_marked_region_has_its_outline() {
+    let axis = |n| Axis::uniform(0.0, 1.0, n).unwrap();
+    let mesh = Grid2::new([axis(4), axis(3)], "solid").mesh().unwrap();
+    let count = |nodes: &[u32]| {
+        let picture = Picture::plane(&mesh).unwrap().mark("a & b", nodes);
+        let svg = picture.svg().unwrap();
+        assert!(svg.contains(">a &amp; b</text>"));
+        // Once more beside its name.
+        svg.matches("stroke=\"#e6194b\"").count() - 1
+    };
+    assert_eq!(count(&mesh.nodes_of("top").unwrap()), 4);
+    let all = mesh.nodes_of_region("solid").unwrap();
+    assert_eq!(all.len(), mesh.points.len());
+    assert_eq!(count(&all), 2 * (4 + 3));
+    assert_eq!(mesh.nodes_of_region("top"), None);
+}
+
+/// Of each obstacle every point that is drawn lies on it, and as much is drawn as it has within
+/// the picture.
+#[test]
+fn obstacles_are_drawn_where_they_are() {
+    let mesh = plate();
+    let (middle, radius) = ([0.3, 0.9, 0.0], 0.05);
+    for (shape, length) in [
+        (
+            Shape::Sphere {
+                centre: middle,
+                radius,
+            },
+            std::f64::consts::TAU * radius,
+        ),
+        (
+            Shape::HalfSpace {
+                point: middle,
+                normal: [0.0, -1.0, 0.0],
+            },
+            1.0,
+        ),
+        (
+            Shape::Punch {
+                point: middle,
+                axis: [0.0, 1.0, 0.0],
+                flat: 0.03,
+                rim: 0.03,
+            },
+            2.0 * (0.03 + 0.5 * std::f64::consts::PI * 0.03 + 0.37),
+        ),
+    ] {
+        let shift = [0.1, -0.3, 0.0];
+        let picture = Picture::plane(&mesh).unwrap().obstacle(shape, shift);
+        let view = picture.view().unwrap();
+        let svg = picture.svg().unwrap();
+        let path = svg.split("stroke=\"#777\"").nth(1).unwrap();
+        let path = path.split('"').nth(5).unwrap();
+        let mut drawn = 0.0;
+        for piece in path.split('M').skip(1) {
+            let ends: Vec<[f64; 2]> = piece
+                .split('L')
+                .map(|end| {
+                    let (x, y) = end.split_once(' ').unwrap();
+                    view.place([x.parse().unwrap(), y.parse().unwrap()])
+                })
+                .collect();
+            for &[x, y] in &ends {
+                let gap = shape.gap([x, y, 0.0], shift).distance;
+                assert!(gap.abs() * view.scale < 0.5, "{shape:?} {x} {y} {gap}");
+            }
+            drawn += (ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]);
+        }
+        // The paper goes a margin beyond the plate, and the net of points a step beyond that.
+        let beyond = 2.0 * (MARGIN + 5.0) / view.scale;
+        assert!(
+            drawn > 0.99 * length && drawn < 1.01 * length + beyond,
+            "{shape:?} {drawn} {length}"
+        );
+    }
+}
+
+#[test]
 fn a_picture_has_its_outline_bars_and_colours() {
     let mesh = plate();
     let zero = vec![0.0; 2 * mesh.points.len()];

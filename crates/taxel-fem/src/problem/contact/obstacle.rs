@@ -20,6 +20,16 @@ pub struct Obstacle {
     pub overlap_limit: f64,
 }
 
+impl Obstacle {
+    /// Its travel at these parameters of the problem, m.
+    pub fn shift(&self, parameters: &[f64]) -> [f64; 3] {
+        match self.travel {
+            Some((direction, parameter)) => direction.map(|x| x * parameters[parameter.0]),
+            None => [0.0; 3],
+        }
+    }
+}
+
 /// Shape of an obstacle, at the place where its travel is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
