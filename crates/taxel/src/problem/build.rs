@@ -93,7 +93,9 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         Geometry::Axisymmetric => Kinematics::Axisymmetric,
         Geometry::Solid => Kinematics::Solid,
     };
-    let quality = Quality::of(&drawing.mesh);
+    let mut quality = Quality::of(&drawing.mesh);
+    let apart = cuts::parted(file, &drawing.mesh);
+    quality.coincident.retain(|pair| !apart(*pair));
     let mut notes = Vec::new();
     if let (true, Err(error)) = (quality.inverted.is_empty(), quality.require(&drawing.mesh)) {
         notes.push(error.to_string());

@@ -1,7 +1,7 @@
 //! Where a mesh ends though the body does not: cuts by planes of symmetry, and parts that meet
 //! without common nodes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use taxel_fem::mesh::{Facet, Mesh, Parts};
 use taxel_fem::problem::{self as solid, Kinematics};
@@ -93,6 +93,23 @@ pub(super) fn isolated(
     let roots: Vec<Option<u32>> = roots.collect();
     let alone = |root: &Option<u32>| roots.iter().filter(|other| *other == root).count() == 1;
     roots.iter().position(alone)
+}
+
+/// If two nodes lie on the two surfaces of one contact or tie of the file: where those begin in touch, the
+/// nodes of both are meant to lie at one place.
+pub(super) fn parted(file: &ProblemFile, mesh: &Mesh) -> impl Fn([u32; 2]) -> bool + use<> {
+    let contacts = file.contact.iter().map(|contact| &contact.surfaces);
+    let pairs = contacts.chain(file.tie.iter().map(|tie| &tie.surfaces));
+    let nodes = |name: &String| HashSet::from_iter(mesh.nodes_of(name).unwrap_or_default());
+    let sides: Vec<[HashSet<u32>; 2]> = pairs
+        .map(|names| [nodes(&names[0]), nodes(&names[1])])
+        .collect();
+    move |[one, other]| {
+        sides.iter().any(|[first, second]| {
+            let meets = |a, b| first.contains(&a) && second.contains(&b);
+            meets(one, other) || meets(other, one)
+        })
+    }
 }
 
 /// What is solved on both sides of two surfaces without common nodes, and does not pass from one to

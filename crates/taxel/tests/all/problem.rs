@@ -1379,6 +1379,16 @@ fn odd_problems_are_noted() {
             .to_vec()
     };
     assert_eq!(notes(PRESSED, SQUARE), [""; 0]);
+    // Two bodies that begin in touch, at a node of each.
+    let (pad, mesh) = shipped("pad");
+    let touching = |text: &str| body("pad.toml", text, mesh).unwrap().notes().to_vec();
+    assert_eq!(touching(pad), [""; 0]);
+    let start = pad.find("[[contact]]").unwrap();
+    let end = pad.find("[output]").unwrap();
+    let [note] = &touching(&format!("{}{}", &pad[..start], &pad[end..]))[..] else {
+        panic!();
+    };
+    assert!(note.contains("nodes 757 and 1577 both lie at"), "{note}");
     let metres = PRESSED.replace("unit = \"1 mm\"", "unit = \"1 m\"");
     let [note] = &notes(&metres, SQUARE)[..] else {
         panic!();
