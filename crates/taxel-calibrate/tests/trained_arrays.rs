@@ -808,11 +808,12 @@ fn a_drift_that_pauses_show_is_taken_off() {
     assert!(errors.iter().all(|error| *error < 0.6), "{errors:?}");
 }
 
-/// Channels that drift by 20, 33 and 100 deviations of a reading per hour, with pauses of 0.5 to 3 s
-/// and touches of up to a minute (the fastest of up to 6 s): no drift becomes a contact.
+/// Channels that stay, or drift by 20, 33 and 100 deviations of a reading per hour, with pauses of 0.5 to
+/// 3 s and touches of up to a minute (the fastest of up to 6 s), on a body that was trained with touches of
+/// up to 4 s: no drift becomes a contact, and the intervals know that the body creeps as never in training.
 #[test]
 fn a_fast_drift_is_followed_in_short_pauses() {
-    for counts_per_hour in [6.0, 10.0, 30.0] {
+    for counts_per_hour in [0.0, 6.0, 10.0, 30.0] {
         for touched in [[0.5, 6.0], [20.0, 60.0]] {
             // The fastest drift between the longest touches is not followed yet.
             if counts_per_hour > 20.0 && touched[0] > 10.0 {
@@ -826,10 +827,7 @@ fn a_fast_drift_is_followed_in_short_pauses() {
             for span in &spans {
                 assert!(span.found + 1 >= span.touches, "{span:?}");
                 assert!(span.without as f64 <= 0.001 * span.frames, "{span:?}");
-                // A drift that begins is followed late: the intervals hold 74 to 100 %, the least between long
-                // touches.
-                let least = if touched[0] > 10.0 { 0.7 } else { 0.85 };
-                assert!(span.held / span.frames > least, "{span:?}");
+                assert!(span.held / span.frames > 0.93, "{span:?}");
             }
         }
     }

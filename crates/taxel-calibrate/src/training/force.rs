@@ -170,6 +170,18 @@ pub(super) fn trained_force(
     map.memory_spread = (first..first + map.standard.used.len() * map.memory.creep_times.len())
         .map(|j| (rows.clone().map(|row| row[j].powi(2)).sum::<f64>() / count).sqrt())
         .collect();
+    // The features of a channel are its reading z, after the constant, and z − q with its slow part q.
+    let width = map.standard.used.len();
+    let slow = |row: &[f64], time: usize| {
+        let q = (0..width).map(|c| row[1 + c] - row[first + time * width + c]);
+        q.map(|q| q * q).sum::<f64>().sqrt()
+    };
+    map.slow_reach = (0..map.memory.creep_times.len())
+        .map(|time| {
+            rows.clone()
+                .fold(0.0, |most: f64, row| most.max(slow(row, time)))
+        })
+        .collect();
     let forces = || runs.iter().flat_map(|run| run.force.iter().copied());
     map.range = [
         forces().fold(f64::INFINITY, f64::min),
@@ -199,6 +211,7 @@ fn untrained(runs: &[Session], options: &ForceOptions) -> Result<ForceMap, Train
         polynomial: options.polynomial,
         memory: options.memory.clone(),
         memory_spread: Vec::new(),
+        slow_reach: Vec::new(),
         mixed: Mixed::default(),
         ridge: Ridge::fit(&Moments::of(&[vec![1.0], vec![1.0]], &[0.0, 0.0])?, 1.0)?,
         intervals: Intervals {

@@ -1,6 +1,7 @@
 //! Readings of a body without a physical model to a contact with its position
 //! and force, through maps that were learned.
 
+use std::cell::LazyCell;
 use std::collections::VecDeque;
 
 use super::baseline::{FASTEST_DRIFT, STEADY};
@@ -388,11 +389,16 @@ impl TrainedReader {
         let mut stated = vec![[force.value, force.deviation]];
         stated.extend(components.iter().map(|(_, estimate)| *estimate));
         let mut drift = vec![0.0; stated.len()];
+        // They are found once, if at all.
+        let slopes = LazyCell::new(|| {
+            let map = self.force.as_ref();
+            map.map_or_else(Vec::new, |map| map.slopes().collect())
+        });
         if let Some(map) = &self.force {
             stated[0][0] = map.unbounded();
             let open = self.replaced.iter().chain(&self.drifted);
             if open.clone().any(|deviation| *deviation > 0.0) {
-                for (number, slopes) in map.slopes().enumerate() {
+                for (number, slopes) in slopes.iter().enumerate() {
                     let of = |deviations: &[f64], slope: fn(&ChannelSlope) -> f64| {
                         let terms = slopes.iter().map(slope).zip(deviations);
                         let squares = terms.map(|(slope, deviation)| (slope * deviation).powi(2));
@@ -417,7 +423,8 @@ impl TrainedReader {
         if let Some(map) = &self.force {
             let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
             let deviations = std::iter::once(&mut force.deviation).chain(deviations);
-            for (deviation, beyond) in deviations.zip(map.beyond_training(self.unexplained)) {
+            let beyond = map.beyond_training(self.unexplained, || slopes.as_slice());
+            for (deviation, beyond) in deviations.zip(beyond) {
                 *deviation = deviation.hypot(beyond);
             }
         }

@@ -15,6 +15,10 @@ use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingE
 /// which on a frame is outside.
 const FARTHEST: f64 = 0.5;
 
+/// Touches like those of training let a body creep by up to this much more in hours than in the
+/// minutes of training.
+const BY_CHANCE: f64 = 1.5;
+
 /// Factors on the deviation by the level of the estimate, from held-out errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -204,6 +208,10 @@ pub struct ForceMap {
     pub memory: MemoryLaw,
     /// Root mean square of each memory feature of creep over training.
     pub memory_spread: Vec<f64>,
+    /// For each creep time the largest slow part of the channels over training: the root sum square of
+    /// all, in deviations of the channels; none of an older map.
+    #[serde(default)]
+    pub slow_reach: Vec<f64>,
     /// Products of the body's state and its creep.
     #[serde(default)]
     pub mixed: Mixed,
@@ -249,6 +257,10 @@ impl ForceMap {
             (
                 self.memory_spread.len() == channels * times.len() && positive(&self.memory_spread),
                 "memory_spread",
+            ),
+            (
+                [0, times.len()].contains(&self.slow_reach.len()) && positive(&self.slow_reach),
+                "slow_reach",
             ),
             (self.mixed.is_sound(channels, times.len()), "mixed"),
             (self.ridge.is_sound(features), "ridge"),
@@ -537,9 +549,15 @@ impl ForceEstimator {
     /// `unexplained` is the size of a change of the channels over their scale that no frame of training
     /// explains; it counts as if it lay in the direction in which the estimate changes most. Farther
     /// from the frames of training than any that was held out a map errs by what it does not know of the
-    /// body, which grows with the square of the distance. Nothing is off by more than
-    /// the range of the forces of training, or as much in proportion.
-    pub fn beyond_training(&self, unexplained: f64) -> Vec<f64> {
+    /// body, which grows with the square of the distance. After contacts so long that the body has crept
+    /// clearly more than ever in training it errs by as many of its deviations as the creep is greater.
+    /// Nothing is off by more than the range of the forces of training, or as much in proportion. `slopes`
+    /// gives [`slopes`](Self::slopes), if they are needed.
+    pub fn beyond_training<'a>(
+        &self,
+        unexplained: f64,
+        slopes: impl FnOnce() -> &'a [Vec<ChannelSlope>],
+    ) -> Vec<f64> {
         let map = &self.map;
         let others = map.components.iter().map(|map| &map.ridge);
         let ridges: Vec<&Ridge> = std::iter::once(&map.ridge).chain(others).collect();
@@ -548,13 +566,16 @@ impl ForceEstimator {
         }
         let leverage = self.leverage;
         let farther = (leverage / (FARTHEST * map.largest_leverage)).max(1.0);
+        let slow = self.stream.memory.slow_sizes().zip(&map.slow_reach);
+        let slow = slow.filter(|(_, reach)| **reach > 0.0);
+        let crept = slow.fold(BY_CHANCE, |most: f64, (size, reach)| most.max(size / reach));
         let distance = ((farther * farther - 1.0) * (1.0 + leverage)).sqrt();
+        let distance = distance.hypot((crept * crept - BY_CHANCE * BY_CHANCE).sqrt());
         if unexplained == 0.0 && distance == 0.0 {
             return vec![0.0; ridges.len()];
         }
         let standard = &map.standard;
-        let found = ridges.iter().map(|ridge| {
-            let slopes = self.slopes_of(ridge);
+        let found = ridges.iter().zip(slopes()).map(|(ridge, slopes)| {
             let used = standard.used.iter().zip(&standard.scale);
             let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
             let of_channels = unexplained * squares.sum::<f64>().sqrt();

@@ -78,6 +78,12 @@ impl Memory {
         self.last = Some((time, z.to_vec()));
     }
 
+    /// Root sum square of the slow parts of all channels, for each time.
+    pub(super) fn slow_sizes(&self) -> impl Iterator<Item = f64> + '_ {
+        let size = |slow: &Vec<f64>| slow.iter().map(|q| q * q).sum::<f64>().sqrt();
+        self.slow.iter().map(size)
+    }
+
     /// Deviation of each feature because the past is not known, for features
     /// whose deviation over training is `spread`.
     pub(super) fn unknown(&self, spread: &[f64]) -> Vec<f64> {

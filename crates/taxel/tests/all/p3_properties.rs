@@ -105,8 +105,9 @@ proptest! {
         let (one, many) = (sampled(&chain, &a, 1), sampled(&chain, &scaled, 1));
         let scale = largest(&many);
         for (one, many) in one.iter().zip(&many) {
-            // The input is rounded anew; a leak of 0.1 ms leaves 1 % of it.
-            prop_assert!((factor * one - many).abs() <= 1e-11 * scale);
+            // The input is rounded anew; a leak of 0.1 ms leaves 1 % of it, and two poles that are 0.1 %
+            // apart three digits: with those 1.1e-11 was found.
+            prop_assert!((factor * one - many).abs() <= 1e-10 * scale, "{} of {scale}", factor * one - many);
         }
     }
 
