@@ -1,15 +1,19 @@
 //! Several contacts below a soft cover, whose profiles overlap: as many as the
 //! forces need, all fitted together.
 
+mod joint_fit;
 mod lone;
 mod population;
+mod profile;
 mod raster;
 
-use population::{Population, Spread};
-use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
+use std::cell::LazyCell;
 
-use super::localisation::{ContactPosition, Localiser, Located, Method, flat_position};
-use super::position_fit::{NEAR, OFFSETS, ProfileFit, STEPS, WINDOW};
+use population::{Population, Spread};
+use raster::Raster;
+
+use super::localisation::{ContactPosition, Localiser, Located, Method, flat_position, peak};
+use super::position_fit::{NEAR, ProfileFit, STEPS};
 
 /// More contacts than this are not looked for.
 const MOST: usize = 4;
@@ -20,14 +24,15 @@ const LEVEL: f64 = 3.72;
 /// Another contact must lower χ² by so much: four unknowns do so by chance once
 /// in ten thousand positions, and there are some ten positions to choose from.
 const WORTH: f64 = 28.0;
+/// A quick fit of one contact that misfits by so many times more than noise allows leaves no
+/// doubt that there are more.
+const CLEARLY: f64 = 10.0;
 /// Two contacts are apart by so many deviations of their distance, or one.
 const APART: f64 = 4.0;
 /// Steps between positions, and between sizes, that are looked at first.
 const COARSE: [usize; 2] = [8, 4];
 /// Rounds in which the contacts make room for each other.
 const ROUNDS: usize = 2;
-/// Steps of the joint fit.
-const ITERATIONS: usize = 15;
 
 impl Localiser for ProfileFit {
     fn position(&self, forces: &[f64], deviations: &[f64]) -> Option<ContactPosition> {
@@ -42,30 +47,37 @@ impl Localiser for ProfileFit {
 
 /// Contacts of all sizes on the elements, as far as the forces need them.
 ///
-/// One is looked for first. As long as the misfit is more than the noise
-/// allows, the contact that explains most of what is left comes beside those
-/// before; each gives way to the others in turn, then positions, sizes and forces
-/// of all are fitted together. The population of all that explain the forces
-/// begins at these fits and at those of other sizes. The contact stays if χ²
-/// falls by more than chance can do and all contacts of the population lie
-/// apart by four deviations; if not, two are one that is as wide as both.
-/// Positions and covariances are those of the population.
+/// One is looked for first; as finely as its position can be known only where a quick fit
+/// leaves a doubt. As long as the misfit is more than the noise allows, the contact that
+/// explains most of what is left comes beside those before; each gives way to the others in
+/// turn, then positions, sizes and forces of all are fitted together. The population of all
+/// that explain the forces begins at these fits and at those of other sizes. The contact
+/// stays if χ² falls by more than chance can do and all contacts of the population lie apart
+/// by four deviations; if not, two are one that is as wide as both. Positions and covariances
+/// are those of the population.
 pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> Vec<Located> {
-    let mut scene = Scene::new(fit, forces, deviations);
-    let Some(lone) = scene.lone(deviations) else {
+    let elements = fit.model.rows * fit.model.columns;
+    let complete = forces.len() == elements && deviations.len() == elements;
+    if !complete || peak(forces, deviations).is_none() {
         return Vec::new();
-    };
+    }
+    let scene = Scene::new(fit, forces, deviations);
     let one = |position: ContactPosition| Located {
         position: position.is_known(fit.model.pitch).then_some(position),
         carried: forces.to_vec(),
     };
-    if lone.misfit + scene.far() <= scene.allowed(1) {
-        return vec![one(lone)];
+    let lone = LazyCell::new(|| scene.lone(deviations));
+    let alone = || lone.map(one).into_iter().collect();
+    let raster = Raster::new(&scene);
+    let (mut fitted, mut found) = (scene.one(&raster), None);
+    if fitted.misfit <= CLEARLY * scene.allowed(1) {
+        let sum = lone.map(|lone| lone.misfit + scene.far());
+        if sum.is_none_or(|misfit| misfit <= scene.allowed(1)) {
+            return alone();
+        }
     }
-    scene.raster();
-    let (mut fitted, mut found) = (scene.one(), None);
     while fitted.shapes.len() < MOST && fitted.misfit > scene.allowed(fitted.shapes.len()) {
-        let fits = scene.one_more(&fitted);
+        let fits = scene.one_more(&raster, &fitted);
         let Some(best) = fits
             .first()
             .filter(|best| fitted.misfit - best.misfit >= WORTH)
@@ -83,12 +95,12 @@ pub(super) fn several(fit: &ProfileFit, forces: &[f64], deviations: &[f64]) -> V
         }
         (fitted, found) = (best.clone(), Some(population));
     }
-    found.map_or_else(|| vec![one(lone)], |found| scene.located(&found))
+    found.map_or_else(alone, |found| scene.located(&found))
 }
 
 /// A contact: position in steps from the lower left element, index of the radius,
 /// which may be between two, and force, N.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Shape {
     at: [f64; 2],
     size: f64,
@@ -113,14 +125,6 @@ struct Scene<'a> {
     roots: Vec<f64>,
     /// Forces over their deviations.
     weighted: Vec<f64>,
-    /// Candidates that are tried first.
-    raster: Vec<Trial>,
-}
-
-/// A position and size of the raster with its shares over the deviations.
-struct Trial {
-    shape: Shape,
-    row: Vec<f64>,
 }
 
 impl<'a> Scene<'a> {
@@ -142,7 +146,6 @@ impl<'a> Scene<'a> {
             forces,
             weighted: forces.iter().zip(&roots).map(|(f, w)| f * w).collect(),
             roots,
-            raster: Vec::new(),
         }
     }
 
@@ -178,184 +181,13 @@ impl<'a> Scene<'a> {
         [steps(model.columns), steps(model.rows), sizes as f64]
     }
 
-    /// Share of a contact on an element, with its slopes along x, y and size.
-    fn share(&self, at: [f64; 2], size: f64, element: usize) -> [f64; 4] {
-        let position = self.elements[element];
-        let [dx, dy] = [0, 1].map(|axis| at[axis] - position[axis]);
-        let cut = |value: f64, last: usize| {
-            let cell = (value as usize).min(last - 1);
-            (cell, value - cell as f64)
-        };
-        let last = OFFSETS - 1;
-        if dx.abs() > last as f64 || dy.abs() > last as f64 {
-            return [0.0; 4];
-        }
-        let ((i, u), (j, v)) = (cut(dx.abs(), last), cut(dy.abs(), last));
-        let plane = |size: usize| {
-            let at = |i: usize, j: usize| self.tables[size][i * OFFSETS + j];
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
-            let [low, high] = [a + u * (b - a), c + u * (d - c)];
-            let along_x = (1.0 - v) * (b - a) + v * (d - c);
-            [low + v * (high - low), along_x, high - low]
-        };
-        let sizes = self.tables.len();
-        let (near, far, w) = if sizes == 1 {
-            (plane(0), plane(0), 0.0)
-        } else {
-            let (cell, w) = cut(size, sizes - 1);
-            (plane(cell), plane(cell + 1), w)
-        };
-        let [share, x, y] = [0, 1, 2].map(|k| near[k] + w * (far[k] - near[k]));
-        [share, x * dx.signum(), y * dy.signum(), far[0] - near[0]]
-    }
-
-    /// Shares on all elements over the deviations of the forces: as
-    /// [`Self::share`], without slopes, for the many members of a population.
-    fn weighed(&self, at: [f64; 2], size: f64) -> Vec<f64> {
-        let last = self.tables.len() - 1;
-        let cell = (size as usize).min(last.saturating_sub(1));
-        let (near, far) = (&self.tables[cell], &self.tables[(cell + 1).min(last)]);
-        let part = size - cell as f64;
-        let weigh = |(position, root): (&[f64; 2], &f64)| {
-            let [x, y] = [0, 1].map(|axis| (at[axis] - position[axis]).abs());
-            let (i, j) = (x as usize, y as usize);
-            if i + 1 >= OFFSETS || j + 1 >= OFFSETS {
-                return 0.0;
-            }
-            let (u, v) = (x - i as f64, y - j as f64);
-            let blend = |table: &[f64]| {
-                let first = &table[i * OFFSETS + j..][..2];
-                let second = &table[(i + 1) * OFFSETS + j..][..2];
-                let [low, high] = [0, 1].map(|k| first[k] + u * (second[k] - first[k]));
-                low + v * (high - low)
-            };
-            let [near, far] = [near, far].map(|table| blend(table));
-            root * (near + part * (far - near))
-        };
-        self.elements.iter().zip(&self.roots).map(weigh).collect()
-    }
-
-    /// Residuals of the forces over their deviations.
-    fn residuals(&self, shapes: &[Shape]) -> Vec<f64> {
-        let predicted = |element: usize| -> f64 {
-            let shares = shapes.iter();
-            shares
-                .map(|one| one.force * self.share(one.at, one.size, element)[0])
-                .sum()
-        };
-        let forces = self.forces.iter().zip(&self.roots).enumerate();
-        forces
-            .map(|(element, (force, root))| (force - predicted(element)) * root)
-            .collect()
-    }
-
-    fn misfit(&self, shapes: &[Shape]) -> f64 {
-        self.residuals(shapes).iter().map(|left| left * left).sum()
-    }
-
-    /// Positions, sizes and forces together, by Levenberg and Marquardt.
-    fn refined(&self, mut shapes: Vec<Shape>) -> Fitted {
-        self.share_out(&mut shapes);
-        let limits = self.limits();
-        let mut misfit = self.misfit(&shapes);
-        let mut damping = 1e-2;
-        for _ in 0..ITERATIONS {
-            let (mut matrix, slope) = self.normal(&shapes);
-            for (k, row) in matrix.iter_mut().enumerate() {
-                row[k] *= 1.0 + damping;
-            }
-            let Some(factor) = cholesky(matrix) else {
-                break;
-            };
-            let step = cholesky_solve(&factor, &slope);
-            let moved: Vec<Shape> = shapes
-                .iter()
-                .zip(step.chunks(OWN))
-                .map(|(one, step)| Shape {
-                    at: [0, 1].map(|axis| (one.at[axis] + step[axis]).clamp(0.0, limits[axis])),
-                    size: (one.size + step[2]).clamp(0.0, limits[2]),
-                    force: (one.force + step[3]).max(0.1 * one.force),
-                })
-                .collect();
-            let next = self.misfit(&moved);
-            if next < misfit {
-                let done = misfit - next < 1e-3;
-                (shapes, misfit, damping) = (moved, next, 0.2 * damping);
-                if done {
-                    break;
-                }
-            } else {
-                damping *= 10.0;
-            }
-        }
-        Fitted { shapes, misfit }
-    }
-
-    /// The forces that fit best at the positions and sizes as they are.
-    fn share_out(&self, shapes: &mut [Shape]) {
-        let rows: Vec<Vec<f64>> = shapes
-            .iter()
-            .map(|one| self.weighed(one.at, one.size))
-            .collect();
-        let matrix = rows
-            .iter()
-            .map(|a| rows.iter().map(|b| dot(a, b)).collect())
-            .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
-        let Some(factor) = cholesky(matrix) else {
-            return;
-        };
-        for (one, force) in shapes.iter_mut().zip(cholesky_solve(&factor, &right)) {
-            if force > 0.0 {
-                one.force = force;
-            }
-        }
-    }
-
-    /// Fisher matrix of all unknowns with what is known of them beforehand, and
-    /// the slope of half the misfit downwards.
-    fn normal(&self, shapes: &[Shape]) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let unknowns = OWN * shapes.len();
-        let (mut matrix, mut slope) = (vec![vec![0.0; unknowns]; unknowns], vec![0.0; unknowns]);
-        let mut row = vec![0.0; unknowns];
-        for (element, root) in self.roots.iter().enumerate() {
-            let mut left = self.forces[element];
-            for (one, row) in shapes.iter().zip(row.chunks_mut(OWN)) {
-                let [share, x, y, size] = self.share(one.at, one.size, element);
-                left -= one.force * share;
-                let slopes = [one.force * x, one.force * y, one.force * size, share];
-                row.copy_from_slice(&slopes.map(|slope| slope * root));
-            }
-            for i in 0..unknowns {
-                slope[i] += row[i] * left * root;
-                for j in 0..unknowns {
-                    matrix[i][j] += row[i] * row[j];
-                }
-            }
-        }
-        // Anywhere within the window, of any of the sizes: variances of even
-        // distributions.
-        let along_axis = 12.0 / (2.0 * WINDOW as f64).powi(2);
-        let size = 12.0 / (self.tables.len() as f64).powi(2);
-        for (k, one) in shapes.iter().enumerate() {
-            let priors = [along_axis, along_axis, size, one.force.powi(-2)];
-            for (own, prior) in priors.into_iter().enumerate() {
-                matrix[OWN * k + own][OWN * k + own] += prior;
-            }
-        }
-        (matrix, slope)
-    }
-
     /// All contacts, each with what it carries.
     fn located(&self, found: &Population) -> Vec<Located> {
         let located = |spread: &Spread| {
-            let Shape { at, size, force } = spread.mean;
-            let carried =
-                (0..self.forces.len()).map(|element| force * self.share(at, size, element)[0]);
             let position = self.position(spread, found.misfit);
             Located {
                 position: position.is_known(self.fit.model.pitch).then_some(position),
-                carried: carried.collect(),
+                carried: self.carried(&spread.mean),
             }
         };
         found.spreads().iter().map(located).collect()

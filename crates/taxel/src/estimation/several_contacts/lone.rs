@@ -3,7 +3,7 @@
 
 use super::super::localisation::{ContactPosition, holding_95};
 use super::population::Spread;
-use super::{OFFSETS, Scene, Shape};
+use super::{Scene, Shape};
 
 /// Sizes between two of the tables.
 const BETWEEN: usize = 6;
@@ -151,50 +151,28 @@ impl Scene<'_> {
         best
     }
 
-    /// As [`Scene::share`], straight lines between the logarithms in place of the shares.
-    fn log_share(&self, at: [f64; 2], size: f64, element: usize) -> [f64; 3] {
-        let last = OFFSETS - 1;
-        let position = self.elements[element];
-        let [dx, dy] = [0, 1].map(|axis| at[axis] - position[axis]);
-        if dx.abs() >= last as f64 || dy.abs() >= last as f64 {
-            return [0.0; 3];
-        }
-        let (i, j) = (dx.abs() as usize, dy.abs() as usize);
-        let (u, v) = (dx.abs() - i as f64, dy.abs() - j as f64);
-        let sizes = self.tables.len() - 1;
-        let cell = (size as usize).min(sizes.saturating_sub(1));
-        let w = size - cell as f64;
-        let logs = self.fit.logs();
-        let plane = |cell: usize| {
-            let log = |i: usize, j: usize| logs[cell.min(sizes)][i * OFFSETS + j];
-            let [a, b, c, d] = [log(i, j), log(i + 1, j), log(i, j + 1), log(i + 1, j + 1)];
-            let [low, high] = [a + u * (b - a), c + u * (d - c)];
-            [
-                low + v * (high - low),
-                (1.0 - v) * (b - a) + v * (d - c),
-                high - low,
-            ]
-        };
-        let (near, far) = (plane(cell), plane(cell + 1));
-        let [log, x, y] = [0, 1, 2].map(|k| near[k] + w * (far[k] - near[k]));
-        let share = log.exp();
-        [share, share * x * dx.signum(), share * y * dy.signum()]
-    }
-
     /// The contact of this position and size with the best force, and the step of Gauss and
     /// Newton from there.
     fn normal_law(&self, at: [f64; 2], size: f64) -> Option<(Best, [f64; 2])> {
         // Sums of products of share, slopes along x and y, and force.
         let mut sums = [[0.0; 4]; 3];
-        for (element, root) in self.roots.iter().enumerate() {
-            let [share, x, y] = self.log_share(at, size, element);
-            let row = [share * root, x * root, y * root, self.weighted[element]];
-            for (sums, a) in sums.iter_mut().zip(row) {
-                for (sum, b) in sums.iter_mut().zip(row) {
-                    *sum += a * b;
+        // Straight lines between the logarithms in place of the shares.
+        let logs = self.fit.logs();
+        Scene::each(
+            logs,
+            &self.fit.model,
+            at,
+            size,
+            |element, [log, x, y, _]| {
+                let share = log.exp() * self.roots[element];
+                let row = [share, x * share, y * share, self.weighted[element]];
+                for (sums, a) in sums.iter_mut().zip(row) {
+                    for (sum, b) in sums.iter_mut().zip(row) {
+                        *sum += a * b;
+                    }
                 }
-            }
-        }
+            },
+        );
         let [share, x, y] = sums;
         let force = share[3] / share[0];
         if force.is_nan() || force <= 0.0 {

@@ -7,7 +7,7 @@ use rand_distr::StandardNormal;
 
 use super::super::localisation::holding_95;
 use super::{Fitted, OWN, Scene, Shape};
-use taxel_numerics::dense::{cholesky, cholesky_solve, dot, solve_transposed};
+use taxel_numerics::dense::{cholesky, solve_transposed};
 
 /// Members of a population.
 const MEMBERS: usize = 40;
@@ -80,7 +80,7 @@ impl Scene<'_> {
         let modes: Vec<(&Fitted, Vec<Vec<f64>>, f64)> = fits
             .iter()
             .filter_map(|fit| {
-                let factor = cholesky(self.normal(&fit.shapes).0)?;
+                let factor = cholesky(self.linearised(&fit.shapes).matrix)?;
                 let narrow: f64 = (0..factor.len()).map(|k| factor[k][k].ln()).sum();
                 Some((fit, factor, -0.5 * fit.misfit / worse - narrow))
             })
@@ -143,21 +143,11 @@ impl Scene<'_> {
 
     /// The contacts with the forces that fit best; none where one would pull.
     fn with_forces(&self, mut shapes: Vec<Shape>) -> Option<Fitted> {
-        let rows: Vec<Vec<f64>> = shapes
-            .iter()
-            .map(|one| self.weighed(one.at, one.size))
-            .collect();
-        let gram = rows
-            .iter()
-            .map(|a| rows.iter().map(|b| dot(a, b)).collect())
-            .collect();
-        let right: Vec<f64> = rows.iter().map(|row| dot(row, &self.weighted)).collect();
-        let forces = cholesky_solve(&cholesky(gram)?, &right);
-        for (one, force) in shapes.iter_mut().zip(&forces) {
-            one.force = *force;
+        let (forces, misfit) = self.best_forces(&shapes)?;
+        for (one, force) in shapes.iter_mut().zip(forces) {
+            one.force = force;
         }
-        let misfit = dot(&self.weighted, &self.weighted) - dot(&forces, &right);
-        let press = forces.iter().all(|force| *force > 0.0);
+        let press = shapes.iter().all(|one| one.force > 0.0);
         press.then_some(Fitted { shapes, misfit })
     }
 }
