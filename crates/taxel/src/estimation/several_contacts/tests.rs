@@ -112,7 +112,7 @@ fn one_contact_stays_one() {
 }
 
 #[test]
-fn a_quick_fit_leaves_a_doubt_of_one_contact_and_none_of_two() {
+fn a_quick_fit_of_one_contact_always_leaves_the_finer_search_to_decide() {
     let mut bench = Bench::new(4, 6, 2.3e-3);
     for radius in [0.6e-3, 1e-3, 1.5e-3, 2.3e-3, 3.6e-3, 5e-3, 7e-3] {
         bench.table = bench.fit.model().cover(radius).table();
@@ -121,12 +121,6 @@ fn a_quick_fit_leaves_a_doubt_of_one_contact_and_none_of_two() {
             let one = bench.quick(&[(at, 1.0)]);
             assert!(one < 0.5 * CLEARLY, "{radius} {at:?}: {one}");
         }
-    }
-    bench.table = bench.fit.model().cover(2.3e-3).table();
-    for _ in 0..100 {
-        let [one, other] = bench.pair(9e-3);
-        let two = bench.quick(&[(one, 0.5), (other, 1.0)]);
-        assert!(two > CLEARLY, "{one:?} {other:?}: {two}");
     }
 }
 
