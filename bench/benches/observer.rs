@@ -170,8 +170,9 @@ fn pairs_on_plates(criterion: &mut Criterion) {
     let pairs = (0..FRAMES).filter(|_| contacts() == 2).count();
     let each = (computed() - begun) / FRAMES as f64;
     println!(
-        "two contacts in {pairs} of {FRAMES} frames, each computed in {:.3} ms",
-        1e3 * each
+        "two contacts in {pairs} of {FRAMES} frames, each computed in {:.3} ms, those of 10 ms in {:.2} ms",
+        1e3 * each,
+        1e3 * each * 1e7 / step as f64,
     );
 }
 
