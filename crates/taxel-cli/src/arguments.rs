@@ -439,7 +439,7 @@ pub(crate) struct ManPages {
 
 #[derive(Debug, Args)]
 pub(crate) struct Solve {
-    /// Problem file (TOML), or the name of a shipped one: dome, channel, fingertip
+    /// Problem file (TOML), or the name of a shipped one: dome, channel, fingertip, pad
     pub(crate) problem: PathBuf,
     /// Format of the table, which has a row for each step
     #[arg(long, value_enum, default_value = "table")]

@@ -260,10 +260,27 @@ fn bodies_that_nothing_holds_and_solids_that_are_not_stable_are_refused() {
     assert_eq!(
         failure.reason,
         Reason::Problem(ProblemError::NotFixed(FreePart {
-            motion: FreeMotion::Translation([1.0, 0.0, 0.0]),
+            motions: vec![
+                FreeMotion::Translation([1.0, 0.0, 0.0]),
+                FreeMotion::Translation([0.0, 1.0, 0.0]),
+                FreeMotion::Rotation {
+                    axis: [0.0, 0.0, 1.0],
+                    through: [0.5, 0.5, 0.0],
+                },
+            ],
             region: None,
         })),
         "{failure}"
+    );
+    // The message says all of them, and in which unit where.
+    let mut reason = failure.reason;
+    assert!(reason.scale(1e3));
+    assert!(
+        reason.to_string().contains(
+            "translation in component 0 (x), and against translation in component 1 (y), and \
+             against rotation about (0, 0, 1) through (500, 500, 0)"
+        ),
+        "{reason}"
     );
 
     let mut unstable = rectangle([1.0, 1.0], [1, 1]);
@@ -386,10 +403,13 @@ fn a_body_that_can_turn_is_refused_with_the_point_about_which_it_turns() {
     hinged.clamp("hinge").unwrap();
     let failure = Solver::new(hinged).err().unwrap();
     let Reason::Problem(ProblemError::NotFixed(FreePart {
-        motion: FreeMotion::Rotation { axis, through },
+        ref motions,
         region: None,
     })) = failure.reason
     else {
+        panic!("{failure}");
+    };
+    let [FreeMotion::Rotation { axis, through }] = motions[..] else {
         panic!("{failure}");
     };
     assert!((axis[2].abs() - 1.0).abs() < 1e-12);
@@ -506,14 +526,16 @@ fn a_ball_goes_deep_into_a_bonded_layer_with_a_force_that_does_not_hang_on_the_m
 #[test]
 fn where_multipliers_at_points_end_a_ball_goes_on_with_those_at_corners() {
     let goes = |multipliers| {
-        let (solver, ended) = pressed_layer(Presses::Ball, multipliers, 0.05, 0.8);
-        assert!(ended.is_some());
-        (solver.state().parameters[0], solver.multipliers())
+        let (solver, ended) = pressed_layer(Presses::Ball, multipliers, 0.05, 0.9);
+        let at = (solver.state().parameters[0], solver.multipliers());
+        (at, ended)
     };
-    let (points, stand) = goes(Multipliers::Points);
+    let ((points, stand), ended) = goes(Multipliers::Points);
     assert_eq!(stand, Multipliers::Points);
-    let (farther, stand) = goes(Multipliers::Automatic);
+    assert!(ended.is_some());
+    let ((farther, stand), ended) = goes(Multipliers::Automatic);
     assert_eq!(stand, Multipliers::Corners);
+    assert_eq!(ended, None);
     assert!(farther > points + 0.03, "{farther} {points}");
 }
 
@@ -838,5 +860,50 @@ fn a_stroke_to_and_fro_returns_to_its_forces() {
             forces[4]
         );
         assert!(off < 1e-4, "{off}");
+    }
+}
+
+/// A block that fills its mould, which a smooth plate presses to a share of its height: uniaxial
+/// strain, P = K (J - 1) + G (J^(1/3) - (2 + J^2) J^(-5/3) / 3), at 60 shear moduli.
+#[test]
+fn a_contact_bears_the_pressure_of_a_mould() {
+    const BULK: f64 = 100.0;
+    let pressed = |multipliers: Multipliers| -> Vec<[f64; 2]> {
+        let mut problem = rectangle([2.0, 1.0], [6, 3]);
+        problem.materials =
+            vec![Material::new(Law::neo_hookean(1.0), Volumetric::Quadratic(BULK)).unwrap()];
+        for side in ["left", "right"] {
+            problem.support(side, 0, Motion::Fixed).unwrap();
+        }
+        problem.support("bottom", 1, Motion::Fixed).unwrap();
+        let way = problem.parameter("way", Rule::Given);
+        problem.contacts.push(Contact::Obstacle(Obstacle {
+            surface: problem.surface("top").unwrap(),
+            shape: Shape::HalfSpace {
+                point: [0.0, 1.0, 0.0],
+                normal: [0.0, -1.0, 0.0],
+            },
+            travel: Some(([0.0, -1.0, 0.0], way)),
+            stiffness: 50.0 * 3.0,
+            friction: 0.0,
+            overlap_limit: 1e-5,
+        }));
+        let mut solver = Solver::new(problem).unwrap();
+        solver.settings.multipliers = multipliers;
+        let steps = [0.1, 0.3, 0.6].into_iter();
+        steps
+            .map(|way| {
+                solver.load_to(&[way], |_, _| Continue::Yes).unwrap();
+                [way, solver.evaluate().unwrap().along[0] / 2.0]
+            })
+            .collect()
+    };
+    for multipliers in [Multipliers::Points, Multipliers::Corners] {
+        for [way, found] in pressed(multipliers) {
+            let j: f64 = 1.0 - way;
+            let shape = j.cbrt() - (2.0 + j * j) / (3.0 * j.powf(5.0 / 3.0));
+            let exact = -(BULK * (j - 1.0) + shape);
+            assert!((found / exact - 1.0).abs() < 1e-3, "{way}: {found} {exact}");
+        }
     }
 }

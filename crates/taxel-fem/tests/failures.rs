@@ -196,7 +196,7 @@ fn a_part_that_only_a_contact_could_hold_is_named() {
     let Reason::HeldByContact(ref part) = failure.reason else {
         panic!("{failure}");
     };
-    assert_eq!(part.motion, FreeMotion::Translation([0.0, 1.0, 0.0]));
+    assert_eq!(part.motions, [FreeMotion::Translation([0.0, 1.0, 0.0])]);
     // One that rests on the plane is held from the start.
     assert!(failure.to_string().contains("begin with the part in touch"));
 }
@@ -246,7 +246,7 @@ fn a_part_that_slides_is_named_with_its_motion() {
         let Reason::HeldByContact(ref part) = failure.reason else {
             panic!("{friction}: {failure}");
         };
-        assert_eq!(part.motion, FreeMotion::Translation([1.0, 0.0, 0.0]));
+        assert_eq!(part.motions, [FreeMotion::Translation([1.0, 0.0, 0.0])]);
         let named = part.region.as_ref().map(|part| part.0.as_str());
         assert_eq!(named, Some("upper_rubber"), "{failure}");
         if friction > 0.0 {
@@ -417,7 +417,7 @@ fn a_rigid_body_that_may_turn_with_the_whole_is_named() {
     let Reason::Problem(ProblemError::NotFixed(part)) = failure.reason else {
         panic!("{failure}");
     };
-    let FreeMotion::Rotation { through, .. } = part.motion else {
+    let [FreeMotion::Rotation { through, .. }] = part.motions[..] else {
         panic!("{part}");
     };
     // About the point of the plate, the middle of the upper side.

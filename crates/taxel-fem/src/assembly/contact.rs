@@ -17,6 +17,17 @@ use crate::problem::{Contact, Obstacle, Pairing, Problem, SurfacePair, Walls};
 /// Gap over the accepted overlap at which a point counts as touching.
 const TOUCHING: f64 = 1e-6;
 
+/// Contact stiffness at a point over the square of its pressure, times the shear modulus and the
+/// side of a cell. Under a pressure p a wave along the surface that goes with an overlap frees energy in
+/// proportion to p; shape change and overlap of the shortest wave, that of a cell, bear it from about
+/// k = 2 p²/(μ h) on.
+const HARDENING: f64 = 4.0;
+
+/// The greatest share of its contact stiffness that a point takes: enough for a hundred shear moduli
+/// where that is 50 moduli over the side of a cell. Beyond it lie multipliers of parts that are driven
+/// into each other.
+const HARDEST: f64 = 1e3;
+
 /// Where the multipliers of obstacles and surfaces stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Multipliers {
@@ -31,6 +42,31 @@ pub enum Multipliers {
     /// corner. Goes on under pressures of many shear moduli, in half as many iterations. A point
     /// may overlap by its pressure beyond the linear one, over the contact stiffness.
     Corners,
+}
+
+/// What the contact stiffness at a point is over the square of its multiplier, 1/(Pa m); nothing
+/// for walls.
+pub(super) fn hardening(problem: &Problem, contact: &Contact) -> f64 {
+    let mesh = &problem.mesh;
+    let surfaces = match contact {
+        Contact::Obstacle(obstacle) => vec![&obstacle.surface],
+        Contact::Surfaces(pair) => vec![&pair.first, &pair.second],
+        Contact::Walls(_) => return 0.0,
+    };
+    let facets = surfaces.iter().flat_map(|surface| surface.iter());
+    let moduli = facets.map(|facet| {
+        let region = mesh.region_of(facet.cell as usize);
+        problem.materials[region].law().shear_modulus()
+    });
+    let softest = moduli.fold(f64::INFINITY, f64::min);
+    HARDENING / (softest * mesh.mean_side(surfaces[0]))
+}
+
+/// The contact stiffness at a point, Pa/m: that of the contact, or what the pressure of its
+/// multiplier asks for.
+pub(super) fn hardened(stiffness: f64, hardening: f64, multiplier: f64) -> f64 {
+    let asked = hardening * multiplier * multiplier;
+    asked.min(HARDEST * stiffness).max(stiffness)
 }
 
 /// What a contact point moves with: factors of the displacements of its nodes in the distance
@@ -68,7 +104,9 @@ impl System {
         let contact = &state.contacts[number];
         self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
             let gap = obstacle.shape.gap(point.place, shift);
-            let pressure = contact.multiplier(point.number) - obstacle.stiffness * gap.distance;
+            let multiplier = contact.multiplier(point.number);
+            let stiffness = hardened(obstacle.stiffness, self.hardening[number], multiplier);
+            let pressure = multiplier - stiffness * gap.distance;
             // A body that just touches is held there before it is pressed.
             let touching = TOUCHING * obstacle.stiffness * obstacle.overlap_limit;
             if pressure < -touching {
@@ -76,8 +114,8 @@ impl System {
             }
             let pressure = pressure.max(0.0);
             let area = point.area;
-            out.energy += 0.5 * pressure * pressure / obstacle.stiffness * area;
-            out.rounding += rounding(obstacle.stiffness, area, point.place);
+            out.energy += 0.5 * pressure * pressure / stiffness * area;
+            out.rounding += rounding(stiffness, area, point.place);
             let rubbing = rub(obstacle, contact, point, (&gap, shift), pressure);
             let moves = Moves {
                 nodes: point.nodes,
@@ -90,7 +128,7 @@ impl System {
             let turn = gap.curvature.map(|row| -0.5 * dot(row, rubbing.traction));
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
-                    area * (obstacle.stiffness * n[i] * n[j] - pressure * gap.curvature[i][j]
+                    area * (stiffness * n[i] * n[j] - pressure * gap.curvature[i][j]
                         + rubbing.tangent[i][j]
                         + n[i] * turn[j]
                         + turn[i] * n[j])
@@ -120,7 +158,7 @@ impl System {
                     direction: rubbing.sliding,
                 });
                 // The bound of a point that slides follows its pressure.
-                let slope = obstacle.friction * obstacle.stiffness;
+                let slope = obstacle.friction * stiffness;
                 let forces = slots(rubbing.sliding.map(|d| area * d));
                 out.add_unsymmetric(&forces, &slots(n.map(|n| -slope * n)));
             }
@@ -225,8 +263,8 @@ impl System {
             };
             let pressure = meeting.pressure.max(0.0);
             let area = tables.share * point.area;
-            out.energy += 0.5 * pressure * pressure / pair.stiffness * area;
-            out.rounding += rounding(pair.stiffness, area, point.place);
+            out.energy += 0.5 * pressure * pressure / meeting.stiffness * area;
+            out.rounding += rounding(meeting.stiffness, area, point.place);
             let pairing = (point.facet, meeting.facet);
             let (nodes, numbers) = (tables.nodes(pairing), tables.numbers(pairing));
             let factors = factors(&numbers, point.values, &meeting.foot.shapes.values);
@@ -241,7 +279,7 @@ impl System {
             } else {
                 Vec::new()
             };
-            let (stiff, half) = (area * pair.stiffness, 0.5 * area * pressure);
+            let (stiff, half) = (area * meeting.stiffness, 0.5 * area * pressure);
             // Half of each change has its mirror image in the matrix, and the other half here.
             self.push_by(
                 &moves,
@@ -298,7 +336,7 @@ impl System {
                     point: point.number,
                     direction: friction.sliding,
                 });
-                let slope = pair.friction * pair.stiffness;
+                let slope = pair.friction * meeting.stiffness;
                 let forces = self.along(&moves, friction.sliding.map(|d| -slope * area * d));
                 let mut motion = self.along(&moves, normal);
                 motion.extend(incline);
@@ -440,8 +478,10 @@ impl System {
                 self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
                     let gap = obstacle.shape.gap(point.place, shift);
                     let distance = gap.distance;
-                    let pressure =
-                        (contact.multiplier(point.number) - obstacle.stiffness * distance).max(0.0);
+                    let multiplier = contact.multiplier(point.number);
+                    let stiffness =
+                        hardened(obstacle.stiffness, self.hardening[number], multiplier);
+                    let pressure = (multiplier - stiffness * distance).max(0.0);
                     let traction = if pressure > 0.0 {
                         rub(obstacle, contact, point, (&gap, shift), pressure).traction
                     } else {
@@ -489,24 +529,29 @@ impl System {
             None => self.facet_table(shape),
         };
         let beyond = |point: usize| probe.pressures[point] - contact.multiplier(point);
-        // Sums of the pressure beyond the multiplier, and of the area, about each corner.
-        let mut sums = BTreeMap::<u32, [f64; 2]>::new();
+        let overlap = |point: usize| {
+            let hardening = self.hardening[number];
+            beyond(point) / hardened(stiffness, hardening, contact.multiplier(point))
+        };
+        // Sums of the pressure beyond the multiplier, of its overlap, and of the area, about each
+        // corner.
+        let mut sums = BTreeMap::<u32, [f64; 3]>::new();
         let of = (&table_of as &dyn Fn(usize, FacetShape) -> _, places);
         each_point_of(problem, surface, of, &mut |point| {
             for (corner, share) in point.corners() {
-                let [sum, area] = sums.entry(corner).or_default();
+                let [sum, overlaps, area] = sums.entry(corner).or_default();
                 *sum += share * point.area * beyond(point.number);
+                *overlaps += share * point.area * overlap(point.number);
                 *area += share * point.area;
             }
         });
-        let mean = |corner: &u32| {
-            let [sum, area] = sums[corner];
-            // On an axis of revolution a corner has some area through the points beside it.
-            sum / area
-        };
-        let most = sums.keys().map(|corner| mean(corner).abs());
+        // On an axis of revolution a corner has some area through the points beside it.
+        let mean = |corner: &u32| sums[corner][0] / sums[corner][2];
+        let most = sums
+            .values()
+            .map(|[_, overlaps, area]| (overlaps / area).abs());
         let most = most.fold(0.0, f64::max);
-        if most <= stiffness * problem.contacts[number].overlap_limit() {
+        if most <= problem.contacts[number].overlap_limit() {
             return None;
         }
         let mut multipliers = Vec::with_capacity(probe.pressures.len());
@@ -532,8 +577,10 @@ impl System {
                     let surface = &obstacle.surface;
                     self.each_contact_point(problem, surface, &places, &mut |point| {
                         let gap = obstacle.shape.gap(point.place, shift);
-                        let pressure =
-                            old.multiplier(point.number) - obstacle.stiffness * gap.distance;
+                        let multiplier = old.multiplier(point.number);
+                        let stiffness =
+                            hardened(obstacle.stiffness, self.hardening[number], multiplier);
+                        let pressure = multiplier - stiffness * gap.distance;
                         let here = std::array::from_fn(|d| point.place[d] - shift[d]);
                         let place = match old.anchor(point.number) {
                             Some(old) if pressure > 0.0 => {

@@ -5,6 +5,7 @@
 //! no force turns suddenly where `y` passes from one facet to the next. What is not symmetric in
 //! the tangent stands in products.
 
+use super::contact::hardened;
 use super::foot::{Foot, dot, duals, inverse, minus};
 use super::friction::{Friction, friction};
 use super::points::{ContactPoint, each_point_of};
@@ -22,6 +23,8 @@ pub(super) struct Meeting {
     pub(super) foot: Foot,
     pub(super) gap: Gap,
     pub(super) pressure: f64,
+    /// Contact stiffness, Pa/m.
+    pub(super) stiffness: f64,
     /// Vectors that are dual to the tangents of the own surface, and those across `n` that are
     /// dual to the tangents of the second.
     raised: [[f64; 3]; 2],
@@ -64,8 +67,9 @@ pub(super) fn each_meeting(
     each_point_of(problem, &pair.first, (&table_of, places), &mut |point| {
         let multiplier = contact.multiplier(point.number);
         let meeting = search.ahead(point).and_then(|(facet, foot)| {
-            let pressure = multiplier - pair.stiffness * foot.distance;
-            Meeting::new(point, places, (facet, foot), pressure)
+            let stiffness = hardened(pair.stiffness, tables.hardening, multiplier);
+            let pressure = multiplier - stiffness * foot.distance;
+            Meeting::new(point, places, (facet, foot), [pressure, stiffness])
         });
         hears(point, meeting);
     });
@@ -123,7 +127,7 @@ impl Meeting {
         point: &ContactPoint<'_>,
         places: &[[f64; 3]],
         (facet, foot): (usize, Foot),
-        pressure: f64,
+        [pressure, stiffness]: [f64; 2],
     ) -> Option<Self> {
         let (tangents, facing) = point.frame(places);
         let directions = point.directions();
@@ -142,6 +146,7 @@ impl Meeting {
                 curvature: [[0.0; 3]; 3],
             },
             pressure,
+            stiffness,
             raised,
             across: duals(foot.tangents, normal, directions)?,
             directions,

@@ -36,6 +36,8 @@ pub(super) struct PairTables {
     around: Vec<Vec<usize>>,
     /// Share of its area that a point stands for.
     pub(super) share: f64,
+    /// Contact stiffness over the square of a multiplier, 1/(Pa m).
+    pub(super) hardening: f64,
     side: f64,
     reach: f64,
     /// Pairs of facets that the matrix has a place for, with that place.
@@ -85,6 +87,7 @@ impl PairTables {
             second,
             shapes: pair.second.iter().map(shape).collect(),
             share: if pair.meets_itself() { 0.5 } else { 1.0 },
+            hardening: 0.0,
             side: mesh.mean_side(&pair.second),
             reach: pair.reach,
             covered: BTreeMap::new(),

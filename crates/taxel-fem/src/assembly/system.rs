@@ -1,5 +1,6 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
+use super::contact::hardening;
 use super::dofs::Unknowns;
 use super::follow::{Followed, add_turning};
 use super::friction::Slide;
@@ -10,6 +11,7 @@ use super::mixed::{Mixed, MixedParts};
 use super::surfaces::PairTables;
 use super::unsymmetric::{FreeEdge, Slot, Unsymmetric, free_edges};
 use crate::assembly::state::State;
+use crate::mesh::error::at;
 use crate::mesh::{Facet, FacetShape};
 use crate::problem::load::FacetTable;
 use crate::problem::{Contact, Problem, ProblemError};
@@ -18,8 +20,8 @@ use crate::scalar::{Lanes, Scalar};
 /// A cell that turned inside out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "cell {cell} of region {region:?} {} at ({:.6e}, {:.6e}, {:.6e}): volume ratio {volume_ratio:.3e}",
-    if *.undeformed { "is inside out in the mesh" } else { "turned inside out" }, .place[0], .place[1], .place[2]
+    "cell {cell} of region {region:?} {} at {}: volume ratio {volume_ratio:.3e}",
+    if *.undeformed { "is inside out in the mesh" } else { "turned inside out" }, at(.place)
 )]
 pub struct InvertedCell {
     /// Number of the cell.
@@ -47,6 +49,8 @@ pub struct System {
     pub(super) followed: Followed,
     /// Places in the matrix of each contact point's nodes, contact by contact.
     pub(super) contact_places: Vec<Vec<Vec<u32>>>,
+    /// Contact stiffness over the square of a multiplier, 1/(Pa m), of each contact.
+    pub(super) hardening: Vec<f64>,
     /// Tables of each contact between surfaces; none of the others.
     pub(super) pairs: Vec<Option<PairTables>>,
     /// Places of the nodes of loaded facets, in the order pressures then cavities.
@@ -122,6 +126,7 @@ impl System {
                 .into(),
             followed,
             contact_places: Vec::new(),
+            hardening: Vec::new(),
             pairs: Vec::new(),
             facet_places: Vec::new(),
             free_edges: Vec::new(),
@@ -135,11 +140,16 @@ impl System {
             let number = system.kernel_for(problem, cell, Points::Usual);
             system.kernel_of.push(number);
         }
-        system.pairs = problem
-            .contacts
-            .iter()
-            .map(|contact| match contact {
-                Contact::Surfaces(pair) => Some(PairTables::new(mesh, pair)),
+        let contacts = problem.contacts.iter();
+        system.hardening = contacts.map(|one| hardening(problem, one)).collect();
+        let contacts = problem.contacts.iter().zip(&system.hardening);
+        system.pairs = contacts
+            .map(|(contact, &hardening)| match contact {
+                Contact::Surfaces(pair) => {
+                    let mut tables = PairTables::new(mesh, pair);
+                    tables.hardening = hardening;
+                    Some(tables)
+                }
                 Contact::Obstacle(_) | Contact::Walls(_) => None,
             })
             .collect();

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::mesh::error::{at as place, scale};
+
 /// Why a field was not solved.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -66,9 +68,9 @@ pub enum FieldError {
     },
     /// A cell turned inside out.
     #[error(
-        "cell {cell} of region \"{region}\" is turned inside out near ({:.6e}, {:.6e}, {:.6e}): \
+        "cell {cell} of region \"{region}\" is turned inside out near {}: \
          volume ratio {ratio:.3e}, must be positive; refine there or move the mesh less",
-        at[0], at[1], at[2]
+        place(.at)
     )]
     Inverted {
         /// Number of the cell.
@@ -81,7 +83,7 @@ pub enum FieldError {
         ratio: f64,
     },
     /// The outline of a deformed solid crosses itself.
-    #[error("the outline of the solid crosses itself near ({:.6e}, {:.6e})", at[0], at[1])]
+    #[error("the outline of the solid crosses itself near {}", place(&.at[..2]))]
     Folded {
         /// A place near the crossing, in the units of the mesh.
         at: [f64; 3],
@@ -96,9 +98,9 @@ pub enum FieldError {
     },
     /// Two conductors that share a node.
     #[error(
-        "\"{first}\" and \"{second}\" share node {node} at ({:.6e}, {:.6e}, {:.6e}); \
+        "\"{first}\" and \"{second}\" share node {node} at {}; \
          leave a gap, or make them one conductor",
-        at[0], at[1], at[2]
+        place(.at)
     )]
     Touching {
         /// One conductor.
@@ -170,4 +172,17 @@ pub enum FieldError {
         /// Number of edges found there.
         edges: usize,
     },
+}
+
+impl FieldError {
+    /// The same with its places in a unit in which lengths are `by` times as many; true if it has
+    /// any.
+    pub fn scale(&mut self, by: f64) -> bool {
+        match self {
+            Self::Inverted { at, .. } | Self::Folded { at } | Self::Touching { at, .. } => {
+                scale(at, by)
+            }
+            _ => false,
+        }
+    }
 }

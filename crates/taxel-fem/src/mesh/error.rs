@@ -233,9 +233,42 @@ pub(super) fn in_range(
 }
 
 /// A place, in the units of the mesh.
-fn at(place: &[f64]) -> String {
-    let coordinates: Vec<String> = place.iter().map(|x| format!("{x:.6e}")).collect();
+pub(crate) fn at(place: &[f64]) -> String {
+    let coordinates: Vec<String> = place.iter().map(|x| short(*x)).collect();
     format!("({})", coordinates.join(", "))
+}
+
+/// A number in six digits, without the zeros at its end.
+pub(crate) fn short(number: f64) -> String {
+    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+    // A zero has no sign.
+    let rounded = rounded + 0.0;
+    if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+/// Takes lengths of a message to another unit, in which they are `by` times as many.
+pub(crate) fn scale(lengths: &mut [f64], by: f64) -> bool {
+    for length in lengths {
+        *length *= by;
+    }
+    true
+}
+
+impl MeshError {
+    /// The same with its places in a unit in which lengths are `by` times as many; true if it has
+    /// any.
+    pub fn scale(&mut self, by: f64) -> bool {
+        match self {
+            Self::Distorted { place, .. }
+            | Self::Unreferenced { place, .. }
+            | Self::Coincident { place, .. } => scale(place, by),
+            _ => false,
+        }
+    }
 }
 
 /// A range in words: without the ends of what a number can be.

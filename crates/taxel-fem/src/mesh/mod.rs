@@ -8,7 +8,7 @@ mod axis;
 mod cell;
 mod crossing_voids;
 mod ellipse;
-mod error;
+pub(crate) mod error;
 pub mod gmsh;
 mod join;
 mod parts;

@@ -16,6 +16,7 @@ pub(crate) mod rigid_body;
 
 use crate::material::viscoelastic::Relaxation;
 use crate::material::{Material, MaterialError};
+use crate::mesh::error::{at, scale, short};
 use crate::mesh::{Facet, Mesh};
 pub use cavity::{Cavity, CavityLaw};
 pub use constraint::Constraint;
@@ -119,7 +120,7 @@ pub enum ProblemError {
         known: String,
     },
     /// Cells and kinematics disagree.
-    #[error("the mesh has cells of dimension {found}; {kinematics:?} needs {needed}")]
+    #[error("the mesh has cells of dimension {found}; {} needs {needed}", .kinematics.words())]
     Dimension {
         /// Dimension of the mesh.
         found: usize,
@@ -163,7 +164,7 @@ pub enum ProblemError {
         last: usize,
     },
     /// Two supports ask a component of a node for different motions.
-    #[error("supports contradict each other in component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}): it is {first} and {second}; take the node out of one of them", .place[0], .place[1], .place[2])]
+    #[error("supports contradict each other in component {component} of node {node} at {}: it is {first} and {second}; take the node out of one of them", at(.place))]
     Contradiction {
         /// The node.
         node: u32,
@@ -177,7 +178,7 @@ pub enum ProblemError {
         second: String,
     },
     /// A constraint that says something else than a support or another constraint.
-    #[error("constraint {constraint} contradicts {by}: component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}) follows something else there; let it follow once only, or let another component follow", .place[0], .place[1], .place[2])]
+    #[error("constraint {constraint} contradicts {by}: component {component} of node {node} at {} follows something else there; let it follow once only, or let another component follow", at(.place))]
     GivenTwice {
         /// Number of the constraint.
         constraint: usize,
@@ -191,7 +192,7 @@ pub enum ProblemError {
         by: String,
     },
     /// Constraints that go round.
-    #[error("constraint {constraint} goes round: component {component} of node {node} at ({:.6e}, {:.6e}, {:.6e}) follows itself; leave out one of the constraints", .place[0], .place[1], .place[2])]
+    #[error("constraint {constraint} goes round: component {component} of node {node} at {} follows itself; leave out one of the constraints", at(.place))]
     FollowsItself {
         /// Number of a constraint of the round.
         constraint: usize,
@@ -211,7 +212,7 @@ pub enum ProblemError {
         value: f64,
     },
     /// Surfaces of a periodic pair whose meshes do not match.
-    #[error("the node of surface {second:?} at ({:.6e}, {:.6e}, {:.6e}) has none of {first:?} opposite: both need the same mesh, one shifted from the other (Periodic Curve or Periodic Surface in Gmsh)", .place[0], .place[1], .place[2])]
+    #[error("the node of surface {second:?} at {} has none of {first:?} opposite: both need the same mesh, one shifted from the other (Periodic Curve or Periodic Surface in Gmsh)", at(.place))]
     NotOpposite {
         /// Surface without the node.
         first: String,
@@ -221,7 +222,7 @@ pub enum ProblemError {
         place: [f64; 3],
     },
     /// A node of a rigid body that something else moves.
-    #[error("node {node} at ({:.6e}, {:.6e}, {:.6e}) belongs to rigid body {body} and to {other}: end one before the other", .place[0], .place[1], .place[2])]
+    #[error("node {node} at {} belongs to rigid body {body} and to {other}: end one before the other", at(.place))]
     RigidNode {
         /// Number of the rigid body.
         body: usize,
@@ -259,7 +260,7 @@ pub enum ProblemError {
         allowed: &'static str,
     },
     /// A point of a surface that is tied to nothing.
-    #[error("a tied surface has nothing to be tied to within {reach:.3e} m of ({:.6e}, {:.6e}, {:.6e}): name the surface that covers it, or leave out what is not covered", .place[0], .place[1], .place[2])]
+    #[error("a tied surface has nothing to be tied to within {} of {}: name the surface that covers it, or leave out what is not covered", short(*.reach), at(.place))]
     NotTied {
         /// Undeformed place of the point.
         place: [f64; 3],
@@ -292,6 +293,26 @@ pub enum ProblemError {
         /// Its target.
         value: f64,
     },
+}
+
+impl ProblemError {
+    /// The same with its lengths in a unit in which they are `by` times as many; true if it has
+    /// any.
+    pub fn scale(&mut self, by: f64) -> bool {
+        match self {
+            Self::Contradiction { place, .. }
+            | Self::GivenTwice { place, .. }
+            | Self::FollowsItself { place, .. }
+            | Self::NotOpposite { place, .. }
+            | Self::RigidNode { place, .. } => scale(place, by),
+            Self::NotTied { place, reach } => {
+                *reach *= by;
+                scale(place, by)
+            }
+            Self::NotFixed(part) => part.scale(by),
+            _ => false,
+        }
+    }
 }
 
 impl Problem {

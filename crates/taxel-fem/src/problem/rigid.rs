@@ -2,6 +2,7 @@
 
 use super::load::cross;
 use super::{Contact, Motion, Problem, Quantity, Rule};
+use crate::mesh::error::{at, scale};
 use crate::mesh::{Mesh, Parts};
 
 /// A rigid motion that nothing holds.
@@ -18,9 +19,16 @@ pub enum FreeMotion {
     },
 }
 
+impl FreeMotion {
+    fn scale(&mut self, by: f64) {
+        if let Self::Rotation { through, .. } = self {
+            scale(through, by);
+        }
+    }
+}
+
 impl std::fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let vector = |v: &[f64; 3]| format!("({:.3e}, {:.3e}, {:.3e})", v[0], v[1], v[2]);
         match self {
             Self::Translation(along) => {
                 let most = |k: &usize| along[*k].abs() > 1.0 - 1e-6;
@@ -32,16 +40,11 @@ impl std::fmt::Display for FreeMotion {
                             ["x", "y", "z"][component]
                         )
                     }
-                    None => write!(f, "translation along {}", vector(along)),
+                    None => write!(f, "translation along {}", at(along)),
                 }
             }
             Self::Rotation { axis, through } => {
-                write!(
-                    f,
-                    "rotation about {} through {}",
-                    vector(axis),
-                    vector(through)
-                )
+                write!(f, "rotation about {} through {}", at(axis), at(through))
             }
         }
     }
@@ -53,22 +56,38 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// A part of the body that its supports leave free to move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreePart {
-    /// A rigid motion that moves no held or driven component of it.
-    pub motion: FreeMotion,
+    /// Rigid motions that move no held or driven component of it, independent of each other: at
+    /// least one.
+    pub motions: Vec<FreeMotion>,
     /// Region of the part and undeformed place of one of its nodes, if the body has several parts
     /// that share no node.
     pub region: Option<Box<(String, [f64; 3])>>,
 }
 
+impl FreePart {
+    /// The same with its places in a unit in which lengths are `by` times as many; true if it has
+    /// any.
+    pub(crate) fn scale(&mut self, by: f64) -> bool {
+        self.motions.iter_mut().for_each(|motion| motion.scale(by));
+        if let Some(region) = &mut self.region {
+            scale(&mut region.1, by);
+        }
+        let turns = |motion: &FreeMotion| matches!(motion, FreeMotion::Rotation { .. });
+        self.region.is_some() || self.motions.iter().any(turns)
+    }
+}
+
 impl std::fmt::Display for FreePart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let motions: Vec<String> = self.motions.iter().map(ToString::to_string).collect();
+        let motions = motions.join(", and against ");
         match self.region.as_deref() {
-            Some((region, [x, y, z])) => write!(
+            Some((region, place)) => write!(
                 f,
-                "the part {region:?} of the body near ({x:.6e}, {y:.6e}, {z:.6e}), which shares no node with the rest, against {}",
-                self.motion
+                "the part {region:?} of the body near {}, which shares no node with the rest, against {motions}",
+                at(place)
             ),
-            None => write!(f, "the body against {}", self.motion),
+            None => write!(f, "the body against {motions}"),
         }
     }
 }
@@ -124,7 +143,10 @@ pub(crate) fn free_part(problem: &Problem, holds: &[Hold]) -> Option<FreePart> {
     roots.dedup();
     roots.iter().find_map(|&part| {
         let of = |node: u32| parts[node as usize] == Some(part);
-        let motion = free_motion(problem, holds, &of)?;
+        let motions = free_motions(problem, holds, &of);
+        if motions.is_empty() {
+            return None;
+        }
         let mesh = &problem.mesh;
         let mut cells = 0..mesh.cell_count();
         let cell = cells.find(|&cell| of(mesh.cell(cell)[0]))?;
@@ -132,17 +154,17 @@ pub(crate) fn free_part(problem: &Problem, holds: &[Hold]) -> Option<FreePart> {
             let place = mesh.points[mesh.cell(cell)[0] as usize];
             Box::new((mesh.regions[mesh.region_of(cell)].clone(), place))
         });
-        Some(FreePart { motion, region })
+        Some(FreePart { motions, region })
     })
 }
 
-/// A rigid motion that moves no held or driven component of a node of a part, and nothing along a
-/// direction that a contact holds; none where all are held.
-fn free_motion(
+/// Independent rigid motions that move no held or driven component of a node of a part, and nothing
+/// along a direction that a contact holds; none where all are held.
+fn free_motions(
     problem: &Problem,
     holds: &[Hold],
     of_part: &dyn Fn(u32) -> bool,
-) -> Option<FreeMotion> {
+) -> Vec<FreeMotion> {
     let mesh = &problem.mesh;
     let (middle, size) = extent(mesh);
     let scaled = |x: [f64; 3]| std::array::from_fn(|d| (x[d] - middle[d]) / size);
@@ -158,7 +180,7 @@ fn free_motion(
             }
             reduce(&mut rows, row);
             if rows.len() == motions.len() {
-                return None;
+                return Vec::new();
             }
         }
     }
@@ -207,18 +229,35 @@ fn free_motion(
             reduce(&mut rows, row);
         }
     }
-    let free = null_vector(&rows, motions)?;
-    let (along, turn) = ([free[0], free[1], free[2]], [free[3], free[4], free[5]]);
+    let mut free = Vec::new();
+    while let Some(motion) = null_vector(&rows, motions) {
+        rows.push(motion);
+        free.push(in_words(motion, (middle, size)));
+    }
+    free
+}
+
+/// A combination of rigid motions about the middle of a body of this size.
+fn in_words(motion: [f64; 6], (middle, size): ([f64; 3], f64)) -> FreeMotion {
+    let [along, turn] = [0, 3].map(|first| [0, 1, 2].map(|d| motion[first + d]));
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // What rounding leaves is nothing, and the greatest component of a direction is positive.
+    let clean = |x: f64| if x.abs() < NEGLIGIBLE { 0.0 } else { x };
+    let unit = |v: [f64; 3]| {
+        let most = v.into_iter().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let whole = length(v).copysign(most.unwrap_or(1.0));
+        v.map(|x| clean(x / whole))
+    };
     let whole = length(turn);
     if whole < 1e-6 {
-        return Some(FreeMotion::Translation(along.map(|x| x / length(along))));
+        return FreeMotion::Translation(unit(along));
     }
     // The points that stay: turn x along / turn^2 from the middle.
-    let axis = turn.map(|x| x / whole);
-    let from = cross(axis, along.map(|x| x / whole));
-    let through = std::array::from_fn(|d| middle[d] + size * from[d]);
-    Some(FreeMotion::Rotation { axis, through })
+    let from = cross(turn, along).map(|x| x / (whole * whole));
+    FreeMotion::Rotation {
+        axis: unit(turn),
+        through: std::array::from_fn(|d| size * clean(middle[d] / size + from[d])),
+    }
 }
 
 /// True if a motion of a rigid body is one by force: nothing holds it.

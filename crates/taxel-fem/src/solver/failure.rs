@@ -1,6 +1,7 @@
 //! Why a solution failed, and what would probably help.
 
 use crate::assembly::system::InvertedCell;
+use crate::mesh::error::{at, scale, short};
 use crate::problem::{FreePart, ProblemError};
 use crate::solver::volume::LeastVolume;
 use crate::sparse::LinearError;
@@ -40,9 +41,9 @@ fn listed(parameters: &[(String, f64)]) -> String {
 }
 
 fn inside_out_at(LeastVolume { ratio, cell, place }: &LeastVolume) -> String {
-    let [x, y, z] = place;
     format!(
-        "cell {cell} is inside out between its points of integration near ({x:.6e}, {y:.6e}, {z:.6e}), at a volume ratio of {ratio:.2}"
+        "cell {cell} is inside out between its points of integration near {}, at a volume ratio of {ratio:.2}",
+        at(place)
     )
 }
 
@@ -63,10 +64,11 @@ pub struct Mode {
 
 impl std::fmt::Display for Mode {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let ([x, y, z], [u, v, w]) = (self.place, self.direction);
+        let [u, v, w] = self.direction;
         write!(
             f,
-            "; the body gives way most near ({x:.6e}, {y:.6e}, {z:.6e}), along ({u:.2}, {v:.2}, {w:.2})"
+            "; the body gives way most near {}, along ({u:.2}, {v:.2}, {w:.2})",
+            at(&self.place)
         )
     }
 }
@@ -102,7 +104,7 @@ pub enum Reason {
         inside_out: Option<LeastVolume>,
     },
     /// A contact point changes between touching and not.
-    #[error("contact {contact} chatters: a point near ({:.6e}, {:.6e}, {:.6e}) touches in one iteration and not in the next, without end", .place[0], .place[1], .place[2])]
+    #[error("contact {contact} chatters: a point near {} touches in one iteration and not in the next, without end", at(.place))]
     Chatter {
         /// Number of the contact.
         contact: usize,
@@ -132,7 +134,7 @@ pub enum Reason {
     },
     /// What touches is driven into each other.
     #[error(
-        "contact {contact} overlaps by {overlap:.3e} m, though its pressure has grown round by round: what is prescribed drives its surface into what it touches"
+        "contact {contact} overlaps by {}, though its pressure has grown round by round: what is prescribed drives its surface into what it touches", short(*.overlap)
     )]
     Overlapped {
         /// Number of the contact.
@@ -147,7 +149,7 @@ pub enum Reason {
     HeldByContact(FreePart),
     /// Surfaces moved farther in a step than their contact looks.
     #[error(
-        "a surface of contact {contact} moves by {way:.3e} m in one step, farther than its reach of {reach:.3e} m"
+        "a surface of contact {contact} moves by {} in one step, farther than its reach of {}", short(*.way), short(*.reach)
     )]
     Leapt {
         /// Number of the contact.
@@ -159,7 +161,7 @@ pub enum Reason {
     },
     /// A solid has no resistance left in some direction.
     #[error(
-        "the solid {region:?} lost its ellipticity in cell {cell} near ({:.6e}, {:.6e}, {:.6e}), at a stretch of {:.3}: it would form a crease or a band there", .place[0], .place[1], .place[2], .stretch
+        "the solid {region:?} lost its ellipticity in cell {cell} near {}, at a stretch of {:.3}: it would form a crease or a band there", at(.place), .stretch
     )]
     LostEllipticity {
         /// Number of the cell.
@@ -173,7 +175,7 @@ pub enum Reason {
     },
     /// The body has no room for the volume of a cell.
     #[error(
-        "the volume that the solid {region:?} asks for has no room: cell {cell} near ({:.6e}, {:.6e}, {:.6e}) misses it by {:.1e} of itself and does not come nearer", .place[0], .place[1], .place[2], .missed
+        "the volume that the solid {region:?} asks for has no room: cell {cell} near {} misses it by {:.1e} of itself and does not come nearer", at(.place), .missed
     )]
     Volume {
         /// Number of the cell.
@@ -186,7 +188,7 @@ pub enum Reason {
         missed: f64,
     },
     /// The equilibrium found is not near: no path leads there.
-    #[error("no equilibrium was found beyond but one that is far: the body jumps by {way:.3e} m near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2])]
+    #[error("no equilibrium was found beyond but one that is far: the body jumps by {} near {}", short(*.way), at(.place))]
     Hopped {
         /// Way of the node that the path explains least, m.
         way: f64,
@@ -211,7 +213,7 @@ pub enum Reason {
     /// There is no equilibrium near beyond: a limit of the given loads. Followed by arc length, the
     /// load turns.
     #[error(
-        "no equilibrium was found beyond: the body gives way {times:.0} times as fast as on the way so far, most near ({:.6e}, {:.6e}, {:.6e})", .place[0], .place[1], .place[2]
+        "no equilibrium was found beyond: the body gives way {times:.0} times as fast as on the way so far, most near {}", at(.place)
     )]
     Limit {
         /// Slope of the displacement by the load over its mean so far.
@@ -232,6 +234,52 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The same with its lengths in a unit in which they are `by` times as many; true if it has
+    /// any.
+    pub fn scale(&mut self, by: f64) -> bool {
+        match self {
+            Self::Problem(error) => error.scale(by),
+            Self::Mesh(error) => error.scale(by),
+            Self::Field(error) => error.scale(by),
+            Self::HeldByContact(part) => part.scale(by),
+            Self::Inverted(InvertedCell { place, .. })
+            | Self::LinearInsideOut {
+                least: LeastVolume { place, .. },
+                ..
+            }
+            | Self::NotConverged {
+                inside_out: Some(LeastVolume { place, .. }),
+                ..
+            }
+            | Self::KeepsJumping {
+                inside_out: Some(LeastVolume { place, .. }),
+                ..
+            }
+            | Self::CellGivesWay(LeastVolume { place, .. })
+            | Self::Unstable {
+                mode: Some(Mode { place, .. }),
+            }
+            | Self::Chatter { place, .. }
+            | Self::LostEllipticity { place, .. }
+            | Self::Volume { place, .. }
+            | Self::Limit { place, .. } => scale(place, by),
+            Self::Hopped { way, place } => {
+                *way *= by;
+                scale(place, by)
+            }
+            Self::Overlapped { overlap, .. } => {
+                *overlap *= by;
+                true
+            }
+            Self::Leapt { way, reach, .. } => {
+                *way *= by;
+                *reach *= by;
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// True when smaller steps can't help.
     pub(crate) fn is_final(&self) -> bool {
         match self {

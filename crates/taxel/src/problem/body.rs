@@ -86,8 +86,9 @@ impl Body {
     ) -> Result<Self, InputError> {
         let drawing = build::mesh(&file, mesh_name, mesh)?;
         let built = build::build(&file, drawing).map_err(|wrong| wrong.at(name, text))?;
-        let solver = Solver::new(built.problem)
-            .map_err(|failure| InputError::whole(name, failure.reason.to_string()))?;
+        let solver = Solver::new(built.problem).map_err(|failure| {
+            InputError::whole(name, build::told(failure.reason, Reason::scale))
+        })?;
         let mut body = Self {
             solver,
             axes: built.axes,
@@ -120,7 +121,8 @@ impl Body {
             InputError::whole(name, message).help("give one of them another name")
         })?;
         let row = body.values().map_err(|reason| {
-            let message = format!("the undeformed body: {reason}");
+            let message = build::told(reason.clone(), Reason::scale);
+            let message = format!("the undeformed body: {message}");
             match body.key_of_field(&reason) {
                 Some(key) => build::wrong(key, message, "mend it there").at(name, text),
                 None => InputError::whole(name, message).help(reason.advice()),
@@ -191,18 +193,23 @@ impl Body {
         steps.map(|(step, _)| step).collect()
     }
 
-    /// Names of obstacles and contacts that touched nothing at the end of any step that is done; none
-    /// before the first.
+    /// Names of obstacles and contacts that touched nothing at the end of any step that is done, nor
+    /// touch anything in the present state; none before the first.
     pub fn untouched(&self) -> Vec<&str> {
         let columns = self.columns();
-        let untouched = touched(&self.file).filter(|name| {
+        let contacts = &self.solver.problem().contacts;
+        let untouched = touched(&self.file).enumerate().filter(|(number, name)| {
+            let least = contacts[*number].least_pressure();
+            let now = self.solver.contact(*number).pressures;
             let area = format!("{name}_contact_area");
             let at = columns.iter().position(|column| column.name == area);
             // The first column is the number of the step.
             let areas = self.rows.iter().filter_map(|row| row.get(at? - 1));
-            self.done > 0 && areas.fold(0.0, |most: f64, area| most.max(*area)) == 0.0
+            self.done > 0
+                && areas.fold(0.0, |most: f64, area| most.max(*area)) == 0.0
+                && now.iter().all(|pressure| *pressure <= least)
         });
-        untouched.map(String::as_str).collect()
+        untouched.map(|(_, name)| name.as_str()).collect()
     }
 
     /// Keeps the greatest strain of solids whose law is one of small strain.
@@ -574,8 +581,14 @@ impl Body {
         let probes: Vec<_> = (0..touched(file).count())
             .map(|number| self.solver.contact(number))
             .collect();
-        for probe in &probes {
-            let force = probe.force();
+        let itself = file
+            .contact
+            .iter()
+            .map(|one| one.surfaces[0] == one.surfaces[1]);
+        let obstacles = file.obstacle.iter().map(|_| false);
+        for (probe, itself) in probes.iter().zip(obstacles.chain(itself)) {
+            // What a surface does to itself it suffers as well.
+            let force = if itself { [0.0; 3] } else { probe.force() };
             let force = &force[self.force_components()];
             // A zero has no sign.
             values.extend(force.iter().map(|force| force * depth + 0.0));
@@ -654,7 +667,8 @@ impl Body {
 
     /// A failure with what the file calls its parts.
     pub fn explain(&self, failure: &Failure) -> String {
-        let mut message = format!("step {}: {}", self.done + 1, failure.reason);
+        let reason = build::told(failure.reason.clone(), Reason::scale);
+        let mut message = format!("step {}: {reason}", self.done + 1);
         if let Some((what, name)) = self.named(&failure.reason) {
             let _ = write!(message, " ({what} \"{name}\")");
         }
@@ -747,6 +761,17 @@ impl Body {
                      cavity in its place (parameter.prescribes)"
                 )
             }
+            Reason::NotANumber
+            | Reason::NotConverged {
+                inside_out: None, ..
+            } => String::from(
+                "take smaller parts (solver.smallest_part), or larger cells where the body is \
+                 strained most; where surfaces touch, try solver.multipliers = \"corners\"",
+            ),
+            Reason::Chatter { .. } => String::from(
+                "make the cells of the touching surface smaller, give it some friction, or leave a \
+                 small gap at rest where faces lie flat on each other",
+            ),
             reason => reason.advice().to_owned(),
         }
     }

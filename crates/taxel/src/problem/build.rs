@@ -1,14 +1,14 @@
 //! From a problem file and its mesh to the boundary value problem of the solver.
 
 use std::cell::OnceCell;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
 use taxel_fem::mesh::quality::{Quality, hinges};
-use taxel_fem::mesh::{Facet, Mesh};
+use taxel_fem::mesh::{Facet, Mesh, MeshError};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
 
@@ -26,6 +26,11 @@ use taxel_recording::InputError;
 const STIFFNESS: f64 = 50.0;
 /// Overlap that is accepted over the mean side of a cell.
 const OVERLAP: f64 = 1e-4;
+/// A cavity is closed at rest if its volume is at most this share of its wall times a cell's side.
+const CLOSED: f64 = 1e-9;
+/// A step is refused in which an obstacle comes to overlap a part that supports give no way out by
+/// more than this share of the mean side of a cell: the solver would give it up.
+const DRIVEN_INTO: f64 = 0.1;
 /// A point lies on the axis of revolution within this share of the greatest radius.
 const ON_AXIS: f64 = 1e-9;
 /// Sizes of a body, m, beyond which a note asks for the unit of the mesh.
@@ -51,6 +56,15 @@ impl Wrong {
     pub(super) fn at(&self, file: &str, text: &str) -> InputError {
         let path: Vec<&str> = self.path.split('.').collect();
         toml_input::at_key(file, text, &path, &self.message, &self.help)
+    }
+}
+
+/// An error of the solver, whose lengths are in m, with its lengths in mm.
+pub(super) fn told<E: std::fmt::Display>(mut error: E, scale: fn(&mut E, f64) -> bool) -> String {
+    if scale(&mut error, 1e3) {
+        format!("{error} (lengths in mm)")
+    } else {
+        error.to_string()
     }
 }
 
@@ -98,9 +112,10 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     quality.coincident.retain(|pair| !apart(*pair));
     let mut notes = Vec::new();
     if let (true, Err(error)) = (quality.inverted.is_empty(), quality.require(&drawing.mesh)) {
-        notes.push(error.to_string());
+        notes.push(told(error, MeshError::scale));
     } else if let Err(error) = quality.require(&drawing.mesh) {
-        return Err(wrong("mesh.file", error.to_string(), "mend the mesh"));
+        let message = told(error, MeshError::scale);
+        return Err(wrong("mesh.file", message, "mend the mesh"));
     }
     notes.extend(hinge(&drawing.mesh));
     notes.extend(unusual_size(&drawing.mesh));
@@ -144,6 +159,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         .problem
         .check()
         .map_err(|error| builder.refused(&error))?;
+    builder.driven_into_obstacles(&steps)?;
     Ok(Built {
         problem: builder.problem,
         axes: builder.axes,
@@ -315,7 +331,7 @@ impl Builder<'_> {
     fn refused(&self, error: &solid::ProblemError) -> Wrong {
         use solid::ProblemError as Error;
         let (file, mesh) = (self.file, self.mesh());
-        let mut message = error.to_string();
+        let mut message = told(error.clone(), solid::ProblemError::scale);
         if message.contains(" component ") && self.axes != [0, 1, 2][..self.axes.len()] {
             let axes: Vec<&str> = self.axes.iter().map(|&axis| letter(axis)).collect();
             message = format!(
@@ -601,7 +617,13 @@ impl Builder<'_> {
             for (component, motion) in motions {
                 self.problem
                     .support(&support.on, component, motion)
-                    .map_err(|error| wrong(format!("{key}.on"), error.to_string(), ""))?;
+                    .map_err(|error| {
+                        wrong(
+                            format!("{key}.on"),
+                            told(error, solid::ProblemError::scale),
+                            "",
+                        )
+                    })?;
             }
         }
         Ok(())
@@ -748,7 +770,11 @@ impl Builder<'_> {
                     let names = [surfaces[0].as_str(), surfaces[1].as_str()];
                     self.problem.periodic(names, &drive).map_err(|error| {
                         let help = "mesh both alike, and name surfaces that are shifted only";
-                        wrong(format!("{key}.periodic"), error.to_string(), help)
+                        wrong(
+                            format!("{key}.periodic"),
+                            told(error, solid::ProblemError::scale),
+                            help,
+                        )
                     })?;
                 }
                 (None, Some(mean), None) => {
@@ -757,7 +783,13 @@ impl Builder<'_> {
                     let drive = only(component)?;
                     self.problem
                         .keep_mean(&mean.on, component, drive)
-                        .map_err(|error| wrong(format!("{key}.mean"), error.to_string(), ""))?;
+                        .map_err(|error| {
+                            wrong(
+                                format!("{key}.mean"),
+                                told(error, solid::ProblemError::scale),
+                                "",
+                            )
+                        })?;
                 }
                 (None, None, Some(point)) => {
                     let node = self.point(&point.at, &format!("{key}.point.at"))?;
@@ -907,6 +939,16 @@ impl Builder<'_> {
             }
             let mesh = self.mesh();
             let rest = cavity_there.volume(mesh, self.problem.kinematics, &mesh.points);
+            let areas = traction(mesh, self.problem.kinematics, &cavity_there.wall, |_| {
+                [1.0, 0.0, 0.0]
+            });
+            let area: f64 = areas.iter().map(|(_, area)| area[0].abs()).sum();
+            if rest.abs() <= CLOSED * mesh.mean_side(&cavity_there.wall) * area {
+                let message = "the wall has no volume at rest: its faces lie on each other";
+                let help =
+                    "draw a slit a little open; or press its faces apart by a [[load]] on each";
+                return Err(wrong(format!("{key}.wall"), message, help));
+            }
             if rest.is_nan() || rest <= 0.0 {
                 let message = format!(
                     "the volume at rest comes out as {:.3e} m3: the wall is not that of a cavity",
@@ -965,6 +1007,83 @@ impl Builder<'_> {
                     friction: obstacle.friction,
                     overlap_limit: overlap(obstacle.overlap, side, &key)?,
                 }));
+        }
+        Ok(())
+    }
+
+    /// Refuses obstacles that lie in, or come to lie in, facets whose nodes supports hold or move in
+    /// all components.
+    fn driven_into_obstacles(&self, steps: &[Vec<f64>]) -> Result<(), Wrong> {
+        let problem = &self.problem;
+        let mesh = self.mesh();
+        let components = problem.kinematics.components();
+        let mut motions = HashMap::<u32, [Option<Motion>; 3]>::new();
+        for support in &problem.supports {
+            for &node in &support.nodes {
+                motions.entry(node).or_default()[support.component] = Some(support.motion);
+            }
+        }
+        let given = |parameter: Parameter| problem.rules()[parameter.0] == Rule::Given;
+        let rest = vec![0.0; problem.rules().len()];
+        let all: Vec<&Vec<f64>> = std::iter::once(&rest).chain(steps).collect();
+        let contacts = problem.contacts.iter().zip(&self.file.obstacle);
+        for (number, (contact, named)) in contacts.enumerate() {
+            let Contact::Obstacle(obstacle) = contact else {
+                continue;
+            };
+            if obstacle.travel.is_some_and(|(_, by)| !given(by)) {
+                continue;
+            }
+            let side = mesh.mean_side(&obstacle.surface);
+            let most = (DRIVEN_INTO * side).max(obstacle.overlap_limit);
+            for &facet in &obstacle.surface {
+                let nodes: Vec<u32> = mesh.facet_nodes(facet).collect();
+                // Where a facet is on the mean, by the targets; none where it may give way.
+                let place = |targets: &[f64]| -> Option<[f64; 3]> {
+                    let mut sum = [0.0; 3];
+                    for node in &nodes {
+                        let at = mesh.points[*node as usize];
+                        for d in 0..3 {
+                            sum[d] += at[d] / nodes.len() as f64;
+                        }
+                        let moved = motions.get(node)?;
+                        for d in 0..components {
+                            if let Motion::Driven(by, factor) = moved[d]? {
+                                given(by).then_some(())?;
+                                sum[d] += factor * targets[by.0] / nodes.len() as f64;
+                            }
+                        }
+                    }
+                    Some(sum)
+                };
+                for (step, targets) in all.iter().enumerate() {
+                    let Some(place) = place(targets) else {
+                        break;
+                    };
+                    let shift = obstacle.travel.map_or([0.0; 3], |(direction, by)| {
+                        direction.map(|x| x * targets[by.0])
+                    });
+                    let overlap = -obstacle.shape.gap(place, shift).distance;
+                    if overlap <= most {
+                        continue;
+                    }
+                    let message = format!(
+                        "\"{}\" is {:.4} mm deep in \"{}\" near {} {}, where supports leave that surface no way out",
+                        named.name,
+                        1e3 * overlap,
+                        named.surface,
+                        in_mm(place),
+                        if step == 0 {
+                            "at rest".to_owned()
+                        } else {
+                            format!("at the end of step {step}")
+                        },
+                    );
+                    let key = if step == 0 { "shape" } else { "moved" };
+                    let help = "shorten its way, place it elsewhere, or leave the part that supports hold out of its surface";
+                    return Err(wrong(format!("obstacle.{number}.{key}"), message, help));
+                }
+            }
         }
         Ok(())
     }
@@ -1054,7 +1173,11 @@ impl Builder<'_> {
             let modulus = self.moduli(&surfaces[0])[1].max(self.moduli(&surfaces[1])[1]);
             let walls = tie(&self.problem, surfaces, modulus).map_err(|error| {
                 let help = "name the finer surface first, and one that covers it second";
-                wrong(format!("{key}.surfaces"), error.to_string(), help)
+                wrong(
+                    format!("{key}.surfaces"),
+                    told(error, solid::ProblemError::scale),
+                    help,
+                )
             })?;
             self.problem.contacts.push(Contact::Walls(walls));
         }

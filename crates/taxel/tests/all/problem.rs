@@ -777,6 +777,11 @@ reactions = ["base"]
         let found = volumes[row] / volumes[0];
         assert!((found / ratio - 1.0).abs() < 3e-3, "{found} {ratio}");
     }
+    // What a surface does to itself it suffers as well.
+    assert!(column(&rows, "wall_contact_area")[3] > 0.0);
+    for name in ["wall_force_x", "wall_force_y"] {
+        assert_eq!(column(&rows, name), [0.0; 4]);
+    }
     let touched = volumes[3] / volumes[0];
     assert!(touched > 0.2 && touched < 0.25, "{touched}");
 }
@@ -881,6 +886,8 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
     assert!((joint / base - 1.0).abs() < 1e-6, "{joint} {base}");
     let area = column(&pressed, "joint_contact_area")[1];
     assert!((area - 1e-4).abs() < 1e-12, "{area}");
+    // The nodes at one place where the blocks touch are meant.
+    assert_eq!(pressed.notes(), [""; 0]);
 
     let pull = TWO_BLOCKS.replace("-4 mm", "4 mm");
     let tied = solved(&format!("{pull}{TIED}"), mesh.as_bytes());
@@ -1241,7 +1248,30 @@ fn odd_problems_are_refused_under_the_word() {
     let volume = "[[parameter]]\nname = \"air\"\nvalues = [\"0 mm3\"]\n\
                   prescribes = { volume = { of = \"room\" } }\n\
                   [[cavity]]\nname = \"room\"\nwall = [\"top\"]\npressure = \"air\"\n";
-    let squares: [Odd<'_>; 11] = [
+    let floor = WALL.replace("wall", "floor").replace("right", "base");
+    let under = floor.replace("\"9 mm\", \"0 mm\"", "\"0 mm\", \"-1 mm\"");
+    let under = under.replace("[-1, 0, 0]", "[0, 1, 0]");
+    let risen = format!("{under}moved = {{ by = \"way\", y = -10 }}\n");
+    let above = under.replace("-1 mm", "1 mm");
+    let squares: [Odd<'_>; 14] = [
+        (
+            &risen,
+            same,
+            &[
+                "obstacle.0.moved",
+                "\"floor\" is 1.0000 mm deep in \"base\" near (1.0000, 0.0000, 0.0000) mm at the end of step 1",
+            ],
+        ),
+        (
+            &above,
+            same,
+            &["obstacle.0.shape", "1.0000 mm deep", "at rest"],
+        ),
+        (
+            "[[cavity]]\nname = \"room\"\nwall = [\"base\"]\n",
+            same,
+            &["cavity.0.wall", "no volume at rest", "a little open"],
+        ),
         (
             "",
             ["-0.2 mm", "nan mm"],
@@ -1262,7 +1292,13 @@ fn odd_problems_are_refused_under_the_word() {
         (
             "[[support]]\non = \"left\"\nmoved = { by = \"way\", y = 2 }\n",
             same,
-            &["support.2.on", "contradict", "driven by 2 times"],
+            &[
+                "support.2.on",
+                "contradict",
+                "at (0, 0, 0): it is",
+                "driven by 2 times",
+                "(lengths in mm)",
+            ],
         ),
         (
             WALL,
@@ -1484,5 +1520,14 @@ fn odd_problems_are_noted() {
     assert_eq!(body.untouched(), ["wall"]);
     let near = WALL.replace("9 mm", "2 mm");
     let body = solved(&format!("{PRESSED}{near}"), SQUARE.as_bytes());
+    assert_eq!(body.untouched(), [""; 0]);
+    // One that is touched on the way to a failure, though not at the end of a step: a stop in the
+    // first part of the step.
+    let coming = format!("{PRESSED}{}", near.replace("2 mm", "2.001 mm"));
+    let coming = coming.replace("[\"-0.2 mm\"]", "[\"0 mm\", \"-0.2 mm\"]");
+    let mut body = self::body("problem.toml", &coming, SQUARE.as_bytes()).unwrap();
+    assert_eq!(body.step(|_| true).unwrap(), Ended::Done);
+    assert_eq!(body.untouched(), ["wall"]);
+    assert_eq!(body.step(|part| part < 0.5).unwrap(), Ended::Stopped);
     assert_eq!(body.untouched(), [""; 0]);
 }
