@@ -59,7 +59,7 @@ pub(super) fn hardening(problem: &Problem, contact: &Contact) -> f64 {
         problem.materials[region].law().shear_modulus()
     });
     let softest = moduli.fold(f64::INFINITY, f64::min);
-    HARDENING / (softest * mesh.mean_side(surfaces[0]))
+    HARDENING / (softest * mesh.median_side(surfaces[0]))
 }
 
 /// The contact stiffness at a point, Pa/m: that of the contact, or what the pressure of its

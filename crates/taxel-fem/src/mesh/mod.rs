@@ -145,17 +145,32 @@ impl Mesh {
 
     /// Mean distance of neighbouring corners of the facets of a surface, m; zero without facets.
     pub fn mean_side(&self, surface: &[Facet]) -> f64 {
-        let (mut sum, mut count) = (0.0, 0.0);
+        let sides = self.sides_of(surface);
+        sides.iter().sum::<f64>() / f64::max(sides.len() as f64, 1.0)
+    }
+
+    /// Their median, m: on a graded surface that of its finer part; zero without facets.
+    pub fn median_side(&self, surface: &[Facet]) -> f64 {
+        let mut sides = self.sides_of(surface);
+        let middle = sides.len() / 2;
+        if sides.is_empty() {
+            return 0.0;
+        }
+        *sides.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// Distances of neighbouring corners of the facets of a surface, m.
+    fn sides_of(&self, surface: &[Facet]) -> Vec<f64> {
+        let mut sides = Vec::new();
         for &facet in surface {
             let nodes: Vec<u32> = self.facet_nodes(facet).collect();
             let corners = self.shape(facet.cell as usize).facet_shape().corner_count();
             for k in 0..corners {
                 let [a, b] = [k, (k + 1) % corners].map(|k| self.points[nodes[k] as usize]);
-                sum += (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt();
-                count += 1.0;
+                sides.push((0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt());
             }
         }
-        sum / f64::max(count, 1.0)
+        sides
     }
 
     /// Sides of cells that belong to one cell only.
