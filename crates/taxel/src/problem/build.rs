@@ -21,9 +21,10 @@ use crate::quantity::{self, AnyQuantity, Dimension};
 use crate::toml_input;
 use taxel_recording::InputError;
 
-/// Contact stiffness over shear modulus and mean side of a cell: the multipliers make the result
-/// independent of it, the iteration bears no much stiffer one.
-const STIFFNESS: f64 = 50.0;
+/// Contact stiffness of an obstacle over shear modulus and mean side of a cell, without friction and with
+/// it: the multipliers make the result independent of it. Rough points find another equilibrium less often
+/// with a stiff one.
+const STIFFNESS: [f64; 2] = [1e3, 50.0];
 /// Overlap that is accepted over the mean side of a cell.
 const OVERLAP: f64 = 1e-4;
 /// A cavity is closed at rest if its volume is at most this share of its wall times a cell's side.
@@ -1003,7 +1004,7 @@ impl Builder<'_> {
                     surface,
                     shape,
                     travel,
-                    stiffness: STIFFNESS * stiffest / side,
+                    stiffness: STIFFNESS[usize::from(obstacle.friction > 0.0)] * stiffest / side,
                     friction: obstacle.friction,
                     overlap_limit: overlap(obstacle.overlap, side, &key)?,
                 }));
