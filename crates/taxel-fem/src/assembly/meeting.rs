@@ -5,9 +5,9 @@
 //! no force turns suddenly where `y` passes from one facet to the next. What is not symmetric in
 //! the tangent stands in products.
 
-use super::contact::hardened;
 use super::foot::{Foot, dot, duals, inverse, minus};
 use super::friction::{Friction, friction};
+use super::hardening::hardened;
 use super::points::{ContactPoint, each_point_of};
 use super::surfaces::{PairTables, Search};
 use crate::problem::contact::{ContactState, Gap};

@@ -7,6 +7,7 @@ pub mod folds;
 pub(crate) mod follow;
 mod foot;
 pub(crate) mod friction;
+mod hardening;
 pub mod kernel;
 mod meeting;
 pub(crate) mod mixed;

@@ -1,9 +1,9 @@
 //! All cells, loads and contacts together: the residual and its derivative.
 
-use super::contact::hardening;
 use super::dofs::Unknowns;
 use super::follow::{Followed, add_turning};
 use super::friction::Slide;
+use super::hardening::hardening;
 use super::kernel::{
     CellInput, ELIMINATION_RATIO, Inverted, Kernel, MAX_NODES, MAX_PRESSURES, Points, eliminated,
 };
