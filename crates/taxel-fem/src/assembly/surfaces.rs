@@ -76,7 +76,7 @@ fn apart(corners: &[[f64; 3]], middle: [f64; 3], half: f64) -> bool {
 }
 
 impl PairTables {
-    pub(super) fn new(mesh: &Mesh, pair: &SurfacePair) -> Self {
+    pub(super) fn new(mesh: &Mesh, pair: &SurfacePair, hardening: f64) -> Self {
         let (first, second) = (nodes_of(mesh, &pair.first), nodes_of(mesh, &pair.second));
         let shape = |facet: &Facet| mesh.shape(facet.cell as usize).facet_shape();
         let mut tables = Self {
@@ -87,7 +87,7 @@ impl PairTables {
             second,
             shapes: pair.second.iter().map(shape).collect(),
             share: if pair.meets_itself() { 0.5 } else { 1.0 },
-            hardening: 0.0,
+            hardening,
             side: mesh.mean_side(&pair.second),
             reach: pair.reach,
             covered: BTreeMap::new(),
@@ -405,7 +405,7 @@ pub fn tie(
         reach,
         ..SurfacePair::new(mesh, [first, second], shear_modulus)
     };
-    let tables = PairTables::new(mesh, &pair);
+    let tables = PairTables::new(mesh, &pair, 0.0);
     let mut search = Search::new(&tables, &mesh.points);
     let mut points = Vec::new();
     let mut lost = None;

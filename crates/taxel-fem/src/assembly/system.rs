@@ -145,11 +145,7 @@ impl System {
         let contacts = problem.contacts.iter().zip(&system.hardening);
         system.pairs = contacts
             .map(|(contact, &hardening)| match contact {
-                Contact::Surfaces(pair) => {
-                    let mut tables = PairTables::new(mesh, pair);
-                    tables.hardening = hardening;
-                    Some(tables)
-                }
+                Contact::Surfaces(pair) => Some(PairTables::new(mesh, pair, hardening)),
                 Contact::Obstacle(_) | Contact::Walls(_) => None,
             })
             .collect();

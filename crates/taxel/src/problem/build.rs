@@ -1061,10 +1061,8 @@ impl Builder<'_> {
                     let Some(place) = place(targets) else {
                         break;
                     };
-                    let shift = obstacle.travel.map_or([0.0; 3], |(direction, by)| {
-                        direction.map(|x| x * targets[by.0])
-                    });
-                    let overlap = -obstacle.shape.gap(place, shift).distance;
+                    let gap = obstacle.shape.gap(place, obstacle.shift(targets));
+                    let overlap = -gap.distance;
                     if overlap <= most {
                         continue;
                     }
