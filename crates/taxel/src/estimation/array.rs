@@ -124,6 +124,7 @@ impl ArrayEstimator {
                 Baseline::new(match rules.drift {
                     Drift::WithoutContact { period } => BaselineOptions {
                         contacts_known: true,
+                        settling: SETTLED,
                         period,
                         ..usual
                     },
@@ -479,6 +480,7 @@ impl ArrayEstimator {
             let wiring = self.reader.meaning().wiring;
             wiring.mark_touched(&touch.regions, &mut self.occupied);
         }
+        let readings = self.reader.empty().unwrap_or(readings);
         baseline.push(time_ns, readings, |channel| self.occupied[channel]);
     }
 }
@@ -529,6 +531,10 @@ fn empty_cell(position: [f64; 2]) -> Cell {
         state: State::Masked,
     }
 }
+
+/// What says itself when it is empty has settled when it says so; the end of a pause is the
+/// beginning of the next contact, s.
+const SETTLED: f64 = 0.05;
 
 /// Finds channels that give the same reading again and again.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::charge_balance::{ChargeBalance, Leak, Shown};
 use super::contact::Cell;
 use super::last_positions::LastPositions;
 use super::localisation::Localiser;
@@ -94,7 +95,12 @@ pub struct ChargeReader {
     rest: Vec<f64>,
     /// Time after which a clipped reading or a pause has faded, ns.
     wrong_until_ns: Vec<u64>,
-    changes: Changes,
+    /// Where charge leaks.
+    balance: Option<ChargeBalance>,
+    kept: Vec<Kept>,
+    /// What the baseline takes, V, and where it takes nothing.
+    empty: Vec<f64>,
+    occupied: Vec<bool>,
     last_time_ns: Option<u64>,
     gains: Gains,
     /// Standard deviation of the force on each element by its readings alone, N.
@@ -142,7 +148,24 @@ impl ChargeReader {
             memories: memory.map_or(Vec::new(), |memory| vec![memory; taxels]),
             rest: vec![model.rest; taxels],
             wrong_until_ns: vec![0; taxels],
-            changes: Changes::new(&model),
+            balance: model.high_pass.is_finite().then(|| {
+                let least = options.contact_share * model.full_scale;
+                let volts = least * model.output_per_newton.abs();
+                ChargeBalance::new(Leak {
+                    high_pass: model.high_pass,
+                    low_pass: model.low_pass.unwrap_or(0.0),
+                    period: model.period,
+                    deviation: model.deviation,
+                    matters: model
+                        .gains
+                        .iter()
+                        .map(|gain| [least, volts * gain])
+                        .collect(),
+                })
+            }),
+            kept: vec![Kept::default(); taxels],
+            empty: vec![f64::NAN; taxels],
+            occupied: vec![false; taxels],
             last_time_ns: None,
             gains,
             deviations: vec![f64::NAN; taxels],
@@ -184,7 +207,10 @@ impl ChargeReader {
     fn forget(&mut self) {
         self.last_time_ns = None;
         self.wrong_until_ns.fill(0);
-        self.changes = Changes::new(&self.model);
+        if let Some(balance) = &mut self.balance {
+            balance.forget();
+        }
+        self.kept.fill(Kept::default());
     }
 
     /// Change of force on an element after a change of its voltage; `other` is
@@ -202,6 +228,40 @@ impl ChargeReader {
         }
         let step = other.or(self.step.as_ref());
         step.map_or(f64::NAN, |step| chain.advance(memory, step, change))
+    }
+
+    /// The force on an element less what (19) keeps of touches that have gone; and what its
+    /// output says of the offset.
+    fn since_rest(
+        &mut self,
+        index: usize,
+        elapsed: f64,
+        output: Option<f64>,
+        known: &Known<'_>,
+        estimated: f64,
+    ) -> f64 {
+        let guard = self.options.drift_guard;
+        let kept = &mut self.kept[index];
+        kept.force *= (-elapsed / guard).exp();
+        let Some(balance) = &mut self.balance else {
+            return estimated;
+        };
+        let offset = self.rest[index] + known.drift(index);
+        let offset = [offset, known.drift_variance(index)];
+        let shown = balance.push(index, elapsed, output, offset, estimated - kept.force);
+        let (offset, rest) = match shown {
+            Shown::Nothing => (None, None),
+            Shown::Faded => (output, None),
+            Shown::Same { offset, rest } => (offset, rest),
+        };
+        self.occupied[index] = offset.is_none();
+        self.empty[index] = offset.or(output).unwrap_or(f64::NAN);
+        let Some([force, age]) = rest else {
+            kept.frames = 0.0;
+            return estimated - kept.force;
+        };
+        kept.learn(estimated, force * (-age / guard).exp());
+        estimated - kept.force
     }
 
     /// Number and positions of the contacts by their profiles, better than by centres
@@ -314,11 +374,10 @@ impl Reader for ChargeReader {
         // Long before the last frame the device has begun anew.
         let last = self.last_time_ns.filter(|last| time_ns > *last);
         let elapsed = last.map(|last| (time_ns - last) as f64 * 1e-9);
-        if elapsed.is_some_and(|dt| dt > self.longest_pause()) {
+        let missed = elapsed.is_some_and(|dt| dt > self.longest_pause());
+        if missed {
             self.wrong_until_ns.fill(time_ns + guard_ns);
         }
-        self.changes
-            .find(time_ns, elapsed.unwrap_or(0.0), &touch.channels);
         let period = self.model.period;
         let usual = elapsed.is_some_and(|dt| (dt - period).abs() < 1e-3 * period);
         let other = match (&self.inverse, elapsed) {
@@ -352,7 +411,9 @@ impl Reader for ChargeReader {
             let offset = self.gains.offset * known.drift_variance(index).sqrt();
             let deviation = (self.gains.noise * known.noise[index]).hypot(offset) / gain;
             self.deviations[index] = deviation;
-            let force = value / gain;
+            let whole = !missed && state != State::Saturated && change.is_finite();
+            let output = Some(volts).filter(|_| whole && usable);
+            let force = self.since_rest(index, elapsed.unwrap_or(0.0), output, known, value / gain);
             let deviation = deviation.hypot(self.model.gain_deviation * force);
             touch.taxels[index] = TaxelTouch::pressing(force, deviation, state);
         }
@@ -364,7 +425,11 @@ impl Reader for ChargeReader {
     }
 
     fn occupied(&self) -> Option<&[bool]> {
-        Some(&self.changes.changing)
+        Some(&self.occupied)
+    }
+
+    fn empty(&self) -> Option<&[f64]> {
+        Some(&self.empty)
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -379,53 +444,19 @@ impl Reader for ChargeReader {
     }
 }
 
-/// Finds outputs that still change after a change of force. One that does not is at its offset,
-/// also under a load that is held.
-#[derive(Debug, Clone)]
-struct Changes {
-    /// Time constant of the output, s, and standard deviation of a reading.
-    time: f64,
-    deviation: f64,
-    /// Each output, averaged over the time constant.
-    averages: Vec<f64>,
-    until_ns: Vec<u64>,
-    changing: Vec<bool>,
+/// What (19) keeps of touches that have gone: the guard takes back what they held.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kept {
+    /// Force, N, and how many frames it is the mean of.
+    force: f64,
+    frames: f64,
 }
 
-/// An output changes when it is this many standard deviations from its average ...
-const CHANGES: f64 = 6.0;
-/// ... and for this many time constants after: of a range of 10⁴ deviations half of one is left.
-const FADED: f64 = 10.0;
-
-impl Changes {
-    fn new(model: &ChargeModel) -> Self {
-        let elements = model.layout.taxels();
-        Self {
-            time: model.high_pass.max(model.low_pass.unwrap_or(0.0)),
-            deviation: model.deviation,
-            averages: vec![f64::NAN; elements],
-            until_ns: vec![0; elements],
-            changing: vec![false; elements],
-        }
-    }
-
-    fn find(&mut self, time_ns: u64, elapsed: f64, channels: &ChannelReadings) {
-        let weight = -(-elapsed / self.time).exp_m1();
-        let fades_ns = (FADED * self.time * 1e9) as u64;
-        for index in 0..self.averages.len() {
-            let reading = channels.readings[index];
-            let average = &mut self.averages[index];
-            if average.is_nan() {
-                *average = reading;
-            }
-            let off = reading - *average;
-            *average += weight * if off.is_nan() { 0.0 } else { off };
-            let clipped = channels.states[index] == ChannelState::Saturated;
-            if clipped || off.abs() > CHANGES * self.deviation {
-                self.until_ns[index] = time_ns.saturating_add(fades_ns);
-            }
-            self.changing[index] = time_ns < self.until_ns[index];
-        }
+impl Kept {
+    /// A frame in which the force is known to be `force` and (19) says `estimated`.
+    fn learn(&mut self, estimated: f64, force: f64) {
+        self.frames += 1.0;
+        self.force += (estimated - force - self.force) / self.frames;
     }
 }
 

@@ -5,6 +5,7 @@ mod assignment;
 mod baseline;
 mod capacitors;
 mod charge;
+mod charge_balance;
 mod contact;
 mod continuity;
 mod drift_rate;

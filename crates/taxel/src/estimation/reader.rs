@@ -316,6 +316,12 @@ pub trait Reader: Any + Send {
         None
     }
 
+    /// Reading of each channel as it would be if its last touch had passed, SI, which the
+    /// baseline takes where nothing occupies it; none where that is the reading itself.
+    fn empty(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// Why a unit cannot have these mean readings, SI, at rest (`NaN`: none);
     /// `None` when it can.
     fn rest_problem(&self, _unit: usize, _rest: &[f64]) -> Option<String> {

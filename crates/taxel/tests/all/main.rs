@@ -38,6 +38,7 @@ mod p3_properties;
 mod p3_reference;
 mod p3_shear;
 mod p3_slip;
+mod p3_zero;
 mod p4_device;
 mod p4_local;
 mod p4_properties;

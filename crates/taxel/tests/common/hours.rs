@@ -237,7 +237,7 @@ impl Sums {
 }
 
 /// The changes of force of a device that knows no force that stays: a high-pass of first
-/// order, as theory (19) of the piezoelectric array has it.
+/// order, as theory (19) and (19a) of the piezoelectric array have it.
 struct Changes {
     /// Time constant, s; `None` for a device whose force stays.
     fades: Option<f64>,
@@ -268,6 +268,10 @@ impl Changes {
         let kept = self.passed.iter_mut().zip(&mut self.forces);
         for (force, (change, last)) in forces.iter_mut().zip(kept) {
             *change = (*change * half + *force - *last) * half;
+            // What the guard took is given back when the force is gone.
+            if *force == 0.0 {
+                *change = 0.0;
+            }
             *last = std::mem::replace(force, *change);
         }
     }
