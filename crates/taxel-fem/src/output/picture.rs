@@ -15,6 +15,9 @@ use marks::{Mark, ends};
 const ROOM: [f64; 2] = [900.0, 700.0];
 /// Space round it.
 const MARGIN: f64 = 24.0;
+/// Unit of the scale bar where none is given.
+const METRE: (&str, f64) = ("m", 1.0);
+
 /// Space below it, for the scale bar, and to its right, for the colour bar.
 const FOOT: f64 = 40.0;
 const BAR: f64 = 150.0;
@@ -77,7 +80,7 @@ pub struct Picture<'a> {
     solid: bool,
     displacement: Option<&'a [f64]>,
     colours: Option<Colours<'a>>,
-    unit: (&'a str, f64),
+    units: Vec<(&'a str, f64)>,
     marks: Vec<Mark<'a>>,
     obstacles: Vec<(Shape, [f64; 3])>,
 }
@@ -191,7 +194,7 @@ impl<'a> Picture<'a> {
             solid: false,
             displacement: None,
             colours: None,
-            unit: ("m", 1.0),
+            units: vec![METRE],
             marks: Vec::new(),
             obstacles: Vec::new(),
         }
@@ -226,8 +229,15 @@ impl<'a> Picture<'a> {
 
     /// Unit of the scale bar and its size in the unit of the mesh; `("m", 1.0)` otherwise.
     #[must_use]
-    pub fn length_unit(mut self, name: &'a str, size: f64) -> Self {
-        self.unit = (name, size);
+    pub fn length_unit(self, name: &'a str, size: f64) -> Self {
+        self.length_units(&[(name, size)])
+    }
+
+    /// Units of the scale bar, the smallest first, with their sizes in the unit of the mesh: the
+    /// bar has the largest that goes into it.
+    #[must_use]
+    pub fn length_units(mut self, units: &[(&'a str, f64)]) -> Self {
+        self.units = units.to_vec();
         self
     }
 

@@ -1,7 +1,7 @@
 //! From a problem file and its mesh to the boundary value problem of the solver.
 
 use std::cell::OnceCell;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::assembly::surfaces::tie;
@@ -142,6 +142,7 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     };
     distinct(file)?;
     parts_of_steps(file)?;
+    eye(file)?;
     builder.parameters()?;
     builder.materials()?;
     builder.supports()?;
@@ -237,6 +238,17 @@ fn parts_of_steps(file: &ProblemFile) -> Result<(), Wrong> {
         }
     }
     Ok(())
+}
+
+/// Refuses a direction to the eye that has no length.
+fn eye(file: &ProblemFile) -> Result<(), Wrong> {
+    match file.picture.from {
+        Some([0.0, 0.0, 0.0]) => {
+            let help = "give a direction such as [1, -2, 1]";
+            Err(wrong("picture.from", "the direction is zero", help))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a section that crosses its axis of revolution.
@@ -926,12 +938,15 @@ impl Builder<'_> {
             };
             let mesh = self.mesh();
             let held = self.held(axis);
-            let (origin, unknown) =
-                cuts::origin(&cavity_there, mesh, self.problem.kinematics, |node| {
-                    held.contains(&node)
-                });
-            cavity_there.origin = origin;
-            if unknown {
+            let origin = cuts::origin(&cavity_there, mesh, self.problem.kinematics, |node| {
+                held.contains(&node)
+            });
+            cavity_there.origin = origin.place;
+            let driven = self.driven(axis);
+            if let Some(by) = origin.rim.iter().find_map(|node| driven.get(node)) {
+                return Err(self.leaves_its_origin(&cavity_there, by, &key));
+            }
+            if origin.unknown {
                 self.notes.push(format!(
                     "cavity \"{}\": its wall is open, and its volume is measured from {} = 0; a cut elsewhere is found where a support holds it along {1}",
                     cavity.name,
@@ -976,6 +991,61 @@ impl Builder<'_> {
         let supports = self.file.support.iter().filter(holds);
         let nodes = supports.filter_map(|support| self.mesh().nodes_of(&support.on));
         nodes.flatten().collect()
+    }
+
+    /// Nodes that supports and rigid bodies move along a component, with what moves them.
+    fn driven(&self, component: usize) -> BTreeMap<u32, String> {
+        let axis = self.axes[component];
+        let moves = |along: &Option<Along>| {
+            let factors = along.as_ref().map(|along| [along.x, along.y, along.z]);
+            let factor = factors.and_then(|factors| factors[axis]);
+            factor.is_some_and(|factor| factor != 0.0)
+        };
+        let supports = self.file.support.iter().filter(|own| moves(&own.moved));
+        let supports = supports.map(|own| (&own.on, format!("the support of \"{}\"", own.on)));
+        let rigid = self.file.rigid.iter().filter(|own| {
+            let held = own.held.iter().any(|held| held.number() == axis);
+            !held || own.turned.is_some()
+        });
+        let rigid = rigid.map(|own| (&own.on, format!("the rigid body \"{}\"", own.name)));
+        let mesh = self.mesh();
+        let mut driven = BTreeMap::new();
+        for (on, by) in supports.chain(rigid) {
+            let nodes = mesh.nodes_of(on).or_else(|| mesh.nodes_of_region(on));
+            for node in nodes.into_iter().flatten() {
+                driven.insert(node, by.clone());
+            }
+        }
+        driven
+    }
+
+    /// The mistake of a cavity whose opening moves away from where its volume is measured.
+    fn leaves_its_origin(&self, cavity: &solid::Cavity, by: &str, key: &str) -> Wrong {
+        let mesh = self.mesh();
+        let closed = (0..self.axes.len()).filter(|&axis| {
+            let other = solid::Cavity {
+                axis,
+                ..cavity.clone()
+            };
+            let origin = cuts::origin(&other, mesh, self.problem.kinematics, |_| false);
+            origin.rim.is_empty() && !origin.unknown
+        });
+        let closed: Vec<String> = closed
+            .map(|axis| format!("along = \"{}\"", letter(self.axes[axis])))
+            .collect();
+        let along = letter(self.axes[cavity.axis]);
+        let message = format!(
+            "its wall is open across {along}, and {by} moves the edge of that opening along {along}: its volume would be measured from where the opening was",
+        );
+        let help = if closed.is_empty() {
+            "hold the opening, and move what presses the body".into()
+        } else {
+            format!(
+                "give {}; or hold the opening, and move what presses the body",
+                closed.join(" or ")
+            )
+        };
+        wrong(format!("{key}.along"), message, &help)
     }
 
     fn obstacles(&mut self) -> Result<(), Wrong> {

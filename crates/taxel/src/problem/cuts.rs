@@ -14,18 +14,29 @@ const CLOSED: f64 = 1e-6;
 /// Places on an axis are one within this share of the extent of the wall.
 const SAME_PLACE: f64 = 1e-6;
 
-/// The place on its axis from which the volume of a cavity is measured, m: that of the cut at an
-/// end of its wall whose nodes supports hold along the axis (`held`), or else zero; and whether
-/// neither the wall nor a support says so.
+/// From where on its axis the volume of a cavity is measured.
+#[derive(Debug, Default)]
+pub(super) struct Origin {
+    /// The place, m: that of the cut at an end of the wall whose nodes supports hold along the
+    /// axis, or else zero.
+    pub(super) place: f64,
+    /// True if neither the wall nor a support says so.
+    pub(super) unknown: bool,
+    /// Nodes of the wall at that place, where it is open there.
+    pub(super) rim: Vec<u32>,
+}
+
+/// From where the volume of a cavity is measured; `held` says which nodes supports hold along its
+/// axis.
 pub(super) fn origin(
     cavity: &solid::Cavity,
     mesh: &Mesh,
     kinematics: Kinematics,
     held: impl Fn(u32) -> bool,
-) -> (f64, bool) {
+) -> Origin {
     let axis = cavity.axis;
     if kinematics == Kinematics::Axisymmetric && axis == 0 {
-        return (0.0, false);
+        return Origin::default();
     }
     let nodes = cavity
         .wall
@@ -48,14 +59,19 @@ pub(super) fn origin(
     };
     let (volume, moved) = (from(low), from(low + extent));
     if (volume - moved).abs() <= CLOSED * volume.abs().max(moved.abs()) {
-        return (0.0, false);
+        return Origin::default();
     }
     let same = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE * extent;
     let [first, last] = ends(nodes.iter().filter(|node| held(**node)).map(along));
-    if !same(low, high) && same(first, last) && (same(first, low) || same(first, high)) {
-        return (first, false);
+    let cut = !same(low, high) && same(first, last) && (same(first, low) || same(first, high));
+    let place = if cut { first } else { 0.0 };
+    let mut rim = nodes.clone();
+    rim.retain(|node| same(along(node), place));
+    Origin {
+        place,
+        unknown: !cut && !same(low, 0.0) && !same(high, 0.0),
+        rim,
     }
-    (0.0, !same(low, 0.0) && !same(high, 0.0))
 }
 
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -186,9 +202,11 @@ mod tests {
                 pressure: Parameter(0),
             };
             let cut = |node: u32| (mesh.points[node as usize][along] - place[along]).abs() < 1e-9;
-            let (origin, unknown) = origin(&cavity, &mesh, Kinematics::PlaneStrain, cut);
-            assert!(!unknown);
-            cavity.origin = origin;
+            let origin = origin(&cavity, &mesh, Kinematics::PlaneStrain, cut);
+            assert!(!origin.unknown);
+            let ends = origin.rim.iter().all(|&node| cut(node));
+            assert!(ends && !origin.rim.is_empty());
+            cavity.origin = origin.place;
             cavity.volume(&mesh, Kinematics::PlaneStrain, &mesh.points)
         };
         let exact = std::f64::consts::FRAC_PI_4;

@@ -42,9 +42,8 @@ impl Body {
                 picture = picture.obstacle(obstacle.shape, obstacle.shift(&state.parameters));
             }
         }
-        let (unit, size) = self.length_unit();
         picture
-            .length_unit(unit, size)
+            .length_units(quantity::LENGTH.units)
             .displacement(&moved)?
             .colours(Colours {
                 title: "von Mises",
@@ -68,25 +67,5 @@ impl Body {
             .flatten()
             .map(|name| Some((name.as_str(), nodes(name)?)));
         named.flatten().collect()
-    }
-
-    /// The largest unit that goes into the scale bar of a picture, about a fifth of its width.
-    fn length_unit(&self) -> (&'static str, f64) {
-        let mesh = &self.solver.problem().mesh;
-        let extent = |d: usize| -> f64 {
-            let along = mesh.points.iter().map(|point| point[d]);
-            let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            });
-            high - low
-        };
-        let width = if mesh.dimension() == 2 {
-            extent(0)
-        } else {
-            (0..3).map(extent).fold(0.0, f64::max)
-        };
-        let units = quantity::LENGTH.units.iter().rev();
-        let mut fitting = units.filter(|(_, size)| *size <= 0.2 * width * (1.0 + 1e-9));
-        *fitting.next().unwrap_or(&quantity::LENGTH.units[0])
     }
 }

@@ -1253,7 +1253,7 @@ fn odd_problems_are_refused_under_the_word() {
     let under = under.replace("[-1, 0, 0]", "[0, 1, 0]");
     let risen = format!("{under}moved = {{ by = \"way\", y = -10 }}\n");
     let above = under.replace("-1 mm", "1 mm");
-    let squares: [Odd<'_>; 14] = [
+    let squares: [Odd<'_>; 15] = [
         (
             &risen,
             same,
@@ -1327,6 +1327,11 @@ fn odd_problems_are_refused_under_the_word() {
             same,
             &["load.0.on", "no surface \"rubber\""],
         ),
+        (
+            "[picture]\nfrom = [0, 0, 0]\n",
+            same,
+            &["picture.from", "the direction is zero"],
+        ),
     ];
     for odd in squares {
         refused(odd, SQUARE);
@@ -1336,6 +1341,20 @@ fn odd_problems_are_refused_under_the_word() {
     let below = volume.replace("\"top\"", "\"base\"");
     let odd: Odd<'_> = (&below, same, &["parameter.1.values.0", "volume above 0"]);
     refused(odd, &lifted);
+    // A base that rises from where the volume below it is measured.
+    let rising = SQUARE.replace("2 2 0 0\n", "2 2 1 0\n");
+    let odd: Odd<'_> = (
+        "[[cavity]]\nname = \"room\"\nwall = [\"base\"]\n",
+        [
+            "held = [\"x\", \"y\"]",
+            "held = [\"x\"]\nmoved = { by = \"way\", y = 1 }",
+        ],
+        &[
+            "cavity.0",
+            "open across y, and the support of \"base\" moves",
+        ],
+    );
+    refused(odd, &rising);
     // What lies between cells has no outside.
     let tower = tower();
     let wall = WALL.replace("right", "middle");

@@ -2,15 +2,22 @@
 
 use std::fmt::Write as _;
 
-use super::{BAR, Colours, MARGIN, Picture, View};
+use super::{BAR, Colours, MARGIN, METRE, Picture, View};
 use crate::output::escape;
 
 impl Picture<'_> {
     /// A bar of a round length, about a fifth of the drawing.
     pub(super) fn draw_scale_bar(&self, view: &View, text: &mut String) {
-        let (name, unit) = self.unit;
+        let fifth = view.size[0].max(60.0) / 5.0 / view.scale;
+        let mut fitting = self
+            .units
+            .iter()
+            .rev()
+            .filter(|unit| unit.1 <= fifth * (1.0 + 1e-9));
+        let fitting = fitting.next().or(self.units.first());
+        let (name, unit) = fitting.copied().unwrap_or(METRE);
         let per_unit = view.scale * unit;
-        let length = round_step(view.size[0].max(60.0) / 5.0 / per_unit);
+        let length = round_step(fifth / unit);
         let (x, y) = (MARGIN, view.size[1] + 2.0 * MARGIN + 6.0);
         let end = x + length * per_unit;
         let label = escape(&format!("{} {name}", number(length, length)));

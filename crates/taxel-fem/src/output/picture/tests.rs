@@ -169,6 +169,25 @@ fn a_picture_has_its_outline_bars_and_colours() {
 }
 
 #[test]
+fn a_scale_bar_has_the_unit_of_its_own_length() {
+    let units = [("um", 1e-6), ("mm", 1e-3), ("cm", 1e-2)];
+    for (sides, bar) in [
+        ([2e-3, 2e-3], "200 um"),
+        ([2e-3, 40e-3], "1 mm"),
+        ([2e-3, 80e-3], "2 mm"),
+        ([40e-3, 2e-3], "5 mm"),
+        ([80e-3, 80e-3], "1 cm"),
+        ([1e-9, 1e-9], "0.0002 um"),
+    ] {
+        let axis = |length| Axis::uniform(0.0, length, 2).unwrap();
+        let mesh = Grid2::new(sides.map(axis), "strip").mesh().unwrap();
+        let svg = Picture::plane(&mesh).unwrap().length_units(&units);
+        let svg = svg.svg().unwrap();
+        assert!(svg.contains(&format!(">{bar}<")), "{sides:?} {svg}");
+    }
+}
+
+#[test]
 fn a_surface_is_seen_along_its_normal() {
     let axis = |length| Axis::uniform(0.0, length, 2).unwrap();
     let mesh = Grid3::new([axis(1.0), axis(2.0), axis(3.0)], "solid")
