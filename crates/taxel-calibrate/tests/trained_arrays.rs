@@ -45,6 +45,11 @@ fn sensor_in_millivolt() -> Sensor {
 /// Time (s), force (N) and channels of one run of a body whose stiffness is
 /// `gain` times the usual one.
 fn rows(gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
+    rows_up_to(1.0, gain, seed)
+}
+
+/// The same, pressed `peak` times as far.
+fn rows_up_to(peak: f64, gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
     let mut noise = Noise::seeded(seed);
     (0..500)
         .map(|k| {
@@ -52,7 +57,7 @@ fn rows(gain: f64, seed: u64) -> Vec<(f64, f64, Vec<f64>)> {
             let press = if k < 25 {
                 0.0
             } else {
-                (0.6 * (time - 1.0)).sin().powi(2)
+                peak * (0.6 * (time - 1.0)).sin().powi(2)
             };
             let force = gain * (4.0 * press + 3.0 * press * press);
             let channel = |c: usize| {
@@ -979,6 +984,58 @@ fn a_touch_unlike_those_of_training_is_held_or_flagged() {
             assert!(
                 runs == 1 || strange % 2 == 0 && strange > 0 || share > 0.9,
                 "{strange} {share}"
+            );
+        }
+    }
+}
+
+/// Presses several times as hard as those of training, and channels that go where none of them went: the
+/// interval holds the force, and the state says that it is beyond what was trained.
+#[test]
+fn a_force_beyond_training_is_flagged_and_held() {
+    let sensor = sensor();
+    let calibrated = calibrated(&sensor, &trained(&sensor, &[1.0, 1.01], 3));
+    let greatest = 7.07;
+    // Peak of the press; whether every other channel goes the other way.
+    for (peak, sign) in [
+        (1.0, 1.0),
+        (1.6, 1.0),
+        (2.5, 1.0),
+        (5.0, 1.0),
+        (1.0, -1.0),
+        (3.0, -1.0),
+    ] {
+        let mut estimator = estimator(&calibrated);
+        estimator.begin_rest_capture(20);
+        let (mut held, mut flagged, mut frames) = (0.0, 0.0, 0.0);
+        for (sequence, (time, force, mut values)) in (0..).zip(rows_up_to(peak, 1.005, 77)) {
+            for (c, value) in values.iter_mut().enumerate().skip(1).step_by(2) {
+                let rest = 200.0 * c as f64;
+                *value = rest + sign * (*value - rest);
+            }
+            let frame = Frame {
+                sequence,
+                time_ns: (time * 1e9) as u64,
+                values,
+                ..Frame::default()
+            };
+            let (touch, _) = estimator.push(&frame).unwrap();
+            let [value, deviation] = touch.pressing_force().unwrap();
+            let beyond = force > 1.2 * greatest || sign < 0.0 && force > 2.0;
+            if beyond || peak == 1.0 && sign > 0.0 && force > 0.5 {
+                held += f64::from(u8::from((value - force).abs() <= 1.96 * deviation));
+                flagged += f64::from(u8::from(touch.taxels[0].state != State::Ok));
+                frames += 1.0;
+            }
+        }
+        let [held, flagged] = [held, flagged].map(|count| count / frames);
+        println!("peak {peak}, sign {sign}: held {held:.3}, flagged {flagged:.3} of {frames}");
+        if peak == 1.0 && sign > 0.0 {
+            assert!(held > 0.9 && flagged < 0.01, "{held} {flagged}");
+        } else {
+            assert!(
+                held > 0.95 && flagged > 0.95,
+                "{peak} {sign}: {held} {flagged}"
             );
         }
     }

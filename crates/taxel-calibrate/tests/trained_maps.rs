@@ -288,6 +288,41 @@ fn a_frame_unlike_training_is_outside_and_uncertain() {
 }
 
 /// `map` as text and back, at rounding of the decimal numbers.
+/// Presses beside the area that training pressed: no place is stated that does not hold them.
+#[test]
+fn a_press_beside_the_trained_area_gets_no_false_place() {
+    let (frames, places) = passes(0.2, 5);
+    let inner = |place: &[f64; 2]| place.iter().all(|x| (2.5e-3..7.5e-3).contains(x));
+    let (trained, known): (Vec<_>, Vec<_>) = frames
+        .iter()
+        .cloned()
+        .zip(places.iter().copied())
+        .filter(|(_, place)| inner(place))
+        .unzip();
+    let (map, _) = train_position(&trained, &known, &OPTIONS).unwrap();
+    let mut estimator = PositionEstimator::new(map).unwrap();
+    // Of presses inside and of those 1 mm or more outside: all, those said to be outside, and those
+    // with a place that is not held.
+    let mut counts = [[0.0; 3]; 2];
+    for (frame, place) in passes(0.2, 6).0.iter().zip(&places) {
+        let found = estimator.estimate(frame).unwrap();
+        let outside = found.support == Support::Outside;
+        let off = found.position.iter().zip(place).zip(found.deviation());
+        let held = off.map(|((a, b), deviation)| (a - b).abs() <= 1.96 * deviation);
+        let held = held.fold(true, |all, one| all && one);
+        let [all, flagged, wrong] = &mut counts[usize::from(!inner(place))];
+        *all += 1.0;
+        *flagged += f64::from(u8::from(outside));
+        *wrong += f64::from(u8::from(!outside && !held));
+    }
+    let shares = counts.map(|[all, flagged, wrong]| [flagged / all, wrong / all]);
+    let [[flagged_inside, _], [flagged_outside, wrong]] = shares;
+    assert!(
+        flagged_inside < 0.02 && flagged_outside > 0.8 && wrong < 0.06,
+        "{shares:?}"
+    );
+}
+
 fn through_text<T: serde::Serialize + serde::de::DeserializeOwned>(map: &T) -> T {
     serde_json::from_str(&serde_json::to_string(map).unwrap()).unwrap()
 }

@@ -143,13 +143,18 @@ fn trained(
         blocks,
         ..
     } = of_best_prior(map, readings, options)?;
-    let forces = readings.iter().flat_map(|run| &run.force);
-    let largest = forces.fold(0.0, |most: f64, force| most.max(force.abs()));
+    let forces = || readings.iter().flat_map(|run| run.force.iter().copied());
+    let range = [
+        forces().fold(f64::INFINITY, f64::min),
+        forces().fold(f64::NEG_INFINITY, f64::max),
+    ];
+    let largest = range[1].max(-range[0]);
     let of_ridge = |ridge| ComponentMap {
         component,
         ridge,
         interval_factor: 1.0,
         between_runs: BetweenRuns::default(),
+        range: Some(range),
     };
     let with = |ridge| ForceMap {
         components: vec![of_ridge(ridge)],

@@ -104,6 +104,8 @@ pub struct TrainedReader {
     of_baseline: Vec<f64>,
     /// By how much the scaled readings differ from all that the frames of training explain.
     unexplained: f64,
+    /// True if they are unlike all of training.
+    unlike: bool,
     watch: Option<RelationWatch>,
     /// True once the rest of the device was captured.
     rested: bool,
@@ -134,6 +136,9 @@ struct Found {
     stated: Vec<[f64; 2]>,
     /// True if there is a contact; none where that is not known.
     contact: Option<bool>,
+    /// True if the frame, or an estimate, is beyond what was trained: contacts and pauses are found as
+    /// of any frame.
+    beyond: bool,
     /// Share of the contact in each cell.
     shares: Vec<f64>,
 }
@@ -142,6 +147,7 @@ impl Found {
     fn state(&self) -> State {
         match self.force.map(|force| force.support) {
             Some(Support::Outside) => State::OutOfRange,
+            Some(Support::Trained) if self.beyond => State::OutOfRange,
             _ => State::Ok,
         }
     }
@@ -183,6 +189,7 @@ impl TrainedReader {
             per_drift: f64::NAN,
             of_baseline: vec![0.0; channels],
             unexplained: 0.0,
+            unlike: false,
             watch: maps.relation.clone().map(RelationWatch::new).transpose()?,
             rested: false,
             captured: [0; 2],
@@ -248,6 +255,7 @@ impl TrainedReader {
     fn watch(&mut self, known: &Known<'_>, channels: &mut ChannelReadings) {
         self.replaced.fill(0.0);
         self.unexplained = 0.0;
+        self.unlike = false;
         channels.residuals.fill(f64::NAN);
         if self.another_scale(&channels.readings) {
             for (channel, value) in self.values.iter_mut().enumerate() {
@@ -271,6 +279,7 @@ impl TrainedReader {
         let elapsed = known.elapsed.unwrap_or(0.0);
         let judged = watch.judge(elapsed, &mut self.values, unknown).clone();
         self.unexplained = judged.unexplained;
+        self.unlike = judged.unlike;
         for (at, channel) in watch.relation().standard.used.iter().enumerate() {
             self.replaced[*channel] = judged.deviation[at];
             if judged.left_out[at] && channels.states[*channel].usable() {
@@ -328,7 +337,7 @@ impl TrainedReader {
             .as_ref()
             .map(ForceEstimator::components)
             .unwrap_or_default();
-        let stated = force
+        let (stated, beyond) = force
             .as_mut()
             .map(|force| self.doubt(force, &mut components))
             .unwrap_or_default();
@@ -352,6 +361,8 @@ impl TrainedReader {
             _ => position.map(|_| true),
         };
         Ok(Found {
+            // What leaves nothing to see at rest may be drift.
+            beyond: beyond || self.unlike && contact != Some(false),
             components,
             stated,
             shares: self.shares(position.as_ref(), contact),
@@ -380,12 +391,12 @@ impl TrainedReader {
 
     /// Widens the deviations of force and components by what is open about the readings, and by the
     /// doubts about their zeros; returns what was stated without drift and doubts, the force as the
-    /// map gives it.
+    /// map gives it, and whether an estimate is surely beyond training.
     fn doubt(
         &self,
         force: &mut Estimate,
         components: &mut [(Component, [f64; 2])],
-    ) -> Vec<[f64; 2]> {
+    ) -> (Vec<[f64; 2]>, bool) {
         let mut stated = vec![[force.value, force.deviation]];
         stated.extend(components.iter().map(|(_, estimate)| *estimate));
         let mut drift = vec![0.0; stated.len()];
@@ -420,15 +431,23 @@ impl TrainedReader {
             *deviation = stated.hypot(drift).hypot(zero);
         }
         // What is unlike training decides no contact.
-        if let Some(map) = &self.force {
-            let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
-            let deviations = std::iter::once(&mut force.deviation).chain(deviations);
-            let beyond = map.beyond_training(self.unexplained, || slopes.as_slice());
-            for (deviation, beyond) in deviations.zip(beyond) {
-                *deviation = deviation.hypot(beyond);
-            }
+        let Some(map) = &self.force else {
+            return (stated, false);
+        };
+        let deviations =
+            || std::iter::once(force.deviation).chain(components.iter().map(|(_, own)| own[1]));
+        let estimates: Vec<[f64; 2]> = stated
+            .iter()
+            .zip(deviations())
+            .map(|([value, _], deviation)| [*value, deviation])
+            .collect();
+        let beyond = map.beyond_training(self.unexplained, &estimates, || slopes.as_slice());
+        let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
+        let deviations = std::iter::once(&mut force.deviation).chain(deviations);
+        for (deviation, beyond) in deviations.zip(beyond.deviations) {
+            *deviation = deviation.hypot(beyond);
         }
-        stated
+        (stated, beyond.surely)
     }
 
     /// True if the body creeps so long after a contact that the baseline is held meanwhile.

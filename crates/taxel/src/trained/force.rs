@@ -9,11 +9,17 @@ use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::dot;
 
 use super::memory::Memory;
+use super::ridge::long_dot;
 use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
 
 /// What a map errs by is known, from frames that were held out, up to this share of the leverage from
 /// which on a frame is outside.
 const FARTHEST: f64 = 0.5;
+
+/// Estimates go beyond the range of the forces of training by up to this many deviations by chance, and
+/// by more than these for sure.
+const USUAL: f64 = 2.0;
+const SURELY: f64 = 3.0;
 
 /// Touches like those of training let a body creep by up to this much more in hours than in the
 /// minutes of training.
@@ -117,6 +123,9 @@ pub struct ComponentMap {
     /// Differences between runs; files of before 2026-11-27 have none.
     #[serde(default)]
     pub between_runs: BetweenRuns,
+    /// Least and largest component of training, SI; older files have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
 }
 
 impl ComponentMap {
@@ -148,7 +157,8 @@ impl Mixed {
 
     /// Along each direction, what the channels from `first` on show.
     fn along<'a>(&'a self, linear: &'a [f64], first: usize) -> impl Iterator<Item = f64> + 'a {
-        let of = move |direction: &Vec<f64>| dot(direction, &linear[first..][..direction.len()]);
+        let of =
+            move |direction: &Vec<f64>| long_dot(direction, &linear[first..][..direction.len()]);
         self.directions.iter().map(of)
     }
 
@@ -276,6 +286,7 @@ impl ForceMap {
                 self.components.iter().all(|map| {
                     let between = [map.between_runs.offset, map.between_runs.gain];
                     map.ridge.is_sound(features)
+                        && map.range.is_none_or(|range| finite(&range))
                         && positive(&[map.interval_factor])
                         && positive(&between)
                 }),
@@ -301,10 +312,7 @@ impl ForceMap {
 
     /// Number of products, the constant among them.
     pub fn products(&self) -> usize {
-        let mut features = Vec::new();
-        self.polynomial
-            .expand(&vec![0.0; self.standard.used.len()], &mut features);
-        features.len()
+        self.polynomial.count(self.standard.used.len())
     }
 
     /// Products of the channels, then the memory features and their products.
@@ -444,6 +452,15 @@ pub struct ChannelSlope {
     pub fast: f64,
 }
 
+/// What estimates may be off by because a frame is unlike those of training.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BeyondTraining {
+    /// Standard deviations beside those stated: of the pressing force, then of each other component, SI.
+    pub deviations: Vec<f64>,
+    /// True if an estimate is beyond all of training by more than chance.
+    pub surely: bool,
+}
+
 /// Frames to forces, in real time.
 #[derive(Debug, Clone)]
 pub struct ForceEstimator {
@@ -544,25 +561,33 @@ impl ForceEstimator {
     }
 
     /// What the last estimate, then each other component, may be off by beyond its deviation because
-    /// the frame is unlike those of training, SI: as standard deviations.
+    /// the frame is unlike those of training.
     ///
     /// `unexplained` is the size of a change of the channels over their scale that no frame of training
     /// explains; it counts as if it lay in the direction in which the estimate changes most. Farther
     /// from the frames of training than any that was held out a map errs by what it does not know of the
     /// body, which grows with the square of the distance. After contacts so long that the body has crept
     /// clearly more than ever in training it errs by as many of its deviations as the creep is greater.
-    /// Nothing is off by more than the range of the forces of training, or as much in proportion. `slopes`
-    /// gives [`slopes`](Self::slopes), if they are needed.
+    /// Nothing of this is off by more than the range of the forces of training and what the estimate is
+    /// beyond it, times the distance, or as much in proportion. An estimate beyond all of training is off
+    /// by the square of what is beyond over the range, or by all of it. `estimates` are those of the
+    /// frame, as the map gives them, with their deviations; `slopes` gives [`slopes`](Self::slopes), if
+    /// they are needed.
     pub fn beyond_training<'a>(
         &self,
         unexplained: f64,
+        estimates: &[[f64; 2]],
         slopes: impl FnOnce() -> &'a [Vec<ChannelSlope>],
-    ) -> Vec<f64> {
+    ) -> BeyondTraining {
         let map = &self.map;
         let others = map.components.iter().map(|map| &map.ridge);
         let ridges: Vec<&Ridge> = std::iter::once(&map.ridge).chain(others).collect();
+        let mut beyond = BeyondTraining {
+            deviations: vec![0.0; ridges.len()],
+            surely: false,
+        };
         if self.features.is_empty() {
-            return vec![0.0; ridges.len()];
+            return beyond;
         }
         let leverage = self.leverage;
         let farther = (leverage / (FARTHEST * map.largest_leverage)).max(1.0);
@@ -571,19 +596,33 @@ impl ForceEstimator {
         let crept = slow.fold(BY_CHANCE, |most: f64, (size, reach)| most.max(size / reach));
         let distance = ((farther * farther - 1.0) * (1.0 + leverage)).sqrt();
         let distance = distance.hypot((crept * crept - BY_CHANCE * BY_CHANCE).sqrt());
-        if unexplained == 0.0 && distance == 0.0 {
-            return vec![0.0; ridges.len()];
+        if unexplained > 0.0 || distance > 0.0 {
+            let standard = &map.standard;
+            let found = ridges.iter().zip(slopes()).map(|(ridge, slopes)| {
+                let used = standard.used.iter().zip(&standard.scale);
+                let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
+                let of_channels = unexplained * squares.sum::<f64>().sqrt();
+                of_channels.hypot(distance * ridge.noise_variance().sqrt())
+            });
+            beyond.deviations = found.collect();
+            let [low, high] = map.range;
+            let value = estimates.first().map_or(low, |[value, _]| *value);
+            let reach = (high.max(value) - low.min(value)) * farther.sqrt();
+            let share = (reach / beyond.deviations[0]).min(1.0);
+            beyond.deviations.iter_mut().for_each(|own| *own *= share);
         }
-        let standard = &map.standard;
-        let found = ridges.iter().zip(slopes()).map(|(ridge, slopes)| {
-            let used = standard.used.iter().zip(&standard.scale);
-            let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
-            let of_channels = unexplained * squares.sum::<f64>().sqrt();
-            of_channels.hypot(distance * ridge.noise_variance().sqrt())
-        });
-        let found: Vec<f64> = found.collect();
-        let share = ((map.range[1] - map.range[0]) / found[0]).min(1.0);
-        found.into_iter().map(|beyond| share * beyond).collect()
+        let others = map.components.iter().map(|map| map.range);
+        let ranges = std::iter::once(Some(map.range)).chain(others);
+        let all = beyond.deviations.iter_mut().zip(ranges).zip(estimates);
+        for ((own, range), [value, deviation]) in all {
+            let Some([low, high]) = range else { continue };
+            let excess = (value - high).max(low - value);
+            if excess > USUAL * deviation {
+                *own = own.hypot(excess * (excess / (high - low)).min(1.0));
+                beyond.surely |= excess > SURELY * deviation;
+            }
+        }
+        beyond
     }
 
     /// The map.

@@ -27,8 +27,8 @@ mod ridge;
 mod surface;
 
 pub use force::{
-    BetweenRuns, ChannelSlope, Component, ComponentMap, FeatureStream, ForceEstimator, ForceMap,
-    Intervals, Mixed,
+    BetweenRuns, BeyondTraining, ChannelSlope, Component, ComponentMap, FeatureStream,
+    ForceEstimator, ForceMap, Intervals, Mixed,
 };
 pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::TrainingError;
+use super::ridge::long_dot;
 
 /// Which channels are used and how they are scaled: z = (x − centre)/scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -112,18 +113,29 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
+    /// Number of features of so many inputs, the constant among them.
+    pub fn count(self, inputs: usize) -> usize {
+        let degree = usize::from(self.degree);
+        (1..=degree).fold(1, |count, factors| count * (inputs + factors) / factors)
+    }
+
     /// Appends 1, zᵢ, zᵢzⱼ (i ≤ j), … of the inputs to `features`.
     pub fn expand(self, inputs: &[f64], features: &mut Vec<f64>) {
         features.push(1.0);
         features.extend_from_slice(inputs);
-        for (i, a) in inputs.iter().enumerate() {
-            if self.degree < 2 {
-                break;
+        match self.degree {
+            ..2 => {}
+            2 => {
+                for (i, a) in inputs.iter().enumerate() {
+                    features.extend(inputs[i..].iter().map(|b| a * b));
+                }
             }
-            for (j, b) in inputs.iter().enumerate().skip(i) {
-                features.push(a * b);
-                if self.degree > 2 {
-                    features.extend(inputs[j..].iter().map(|c| a * b * c));
+            _ => {
+                for (i, a) in inputs.iter().enumerate() {
+                    for (j, b) in inputs.iter().enumerate().skip(i) {
+                        features.push(a * b);
+                        features.extend(inputs[j..].iter().map(|c| a * b * c));
+                    }
                 }
             }
         }
@@ -131,30 +143,43 @@ impl Polynomial {
 
     /// By how much Σ wₖ fₖ of the features changes with each input, added to `slopes`.
     pub(super) fn slopes(self, weights: &[f64], inputs: &[f64], slopes: &mut [f64]) {
-        let mut weights = weights.iter().skip(1);
-        for (slope, weight) in slopes.iter_mut().zip(weights.by_ref().take(inputs.len())) {
+        let weights = weights.get(1..).unwrap_or_default();
+        let (single, mut weights) = weights.split_at(weights.len().min(inputs.len()));
+        for (slope, weight) in slopes.iter_mut().zip(single) {
             *slope += weight;
         }
-        for (i, a) in inputs.iter().enumerate() {
-            if self.degree < 2 {
-                break;
-            }
-            let mut along = 0.0;
-            for (j, b) in inputs.iter().enumerate().skip(i) {
-                let weight = weights.next().unwrap_or(&0.0);
-                along += weight * b;
-                slopes[j] += weight * a;
-                if self.degree > 2 {
-                    for (k, c) in inputs.iter().enumerate().skip(j) {
-                        let weight = weights.next().unwrap_or(&0.0);
-                        along += weight * b * c;
-                        slopes[j] += weight * a * c;
-                        slopes[k] += weight * a * b;
-                    }
+        if self.degree == 2 {
+            for (i, a) in inputs.iter().enumerate() {
+                let (row, others) = weights.split_at(weights.len().min(inputs.len() - i));
+                weights = others;
+                for (slope, weight) in slopes[i..].iter_mut().zip(row) {
+                    *slope += weight * a;
                 }
+                slopes[i] += long_dot(row, &inputs[i..]);
             }
-            slopes[i] += along;
+        } else if self.degree > 2 {
+            of_cubes(weights, inputs, slopes);
         }
+    }
+}
+
+/// Slopes of the products of two and of three.
+fn of_cubes(weights: &[f64], inputs: &[f64], slopes: &mut [f64]) {
+    let mut weights = weights.iter();
+    for (i, a) in inputs.iter().enumerate() {
+        let mut along = 0.0;
+        for (j, b) in inputs.iter().enumerate().skip(i) {
+            let weight = weights.next().unwrap_or(&0.0);
+            along += weight * b;
+            slopes[j] += weight * a;
+            for (k, c) in inputs.iter().enumerate().skip(j) {
+                let weight = weights.next().unwrap_or(&0.0);
+                along += weight * b * c;
+                slopes[j] += weight * a * c;
+                slopes[k] += weight * a * b;
+            }
+        }
+        slopes[i] += along;
     }
 }
 
@@ -197,6 +222,7 @@ mod tests {
             let mut features = Vec::new();
             Polynomial { degree }.expand(&[2.0, 3.0, 5.0, 7.0], &mut features);
             assert_eq!(features.len(), count);
+            assert_eq!(Polynomial { degree }.count(4), count);
             features.sort_by(f64::total_cmp);
             features.dedup();
             assert_eq!(features.len(), count);

@@ -11,6 +11,7 @@
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
+use super::ridge::long_dot;
 use super::{Standard, Support, Surface, TrainingError};
 use taxel_numerics::dense::dot3;
 
@@ -120,7 +121,7 @@ pub fn whiten(whitening: &[f64], row: &[f64]) -> Vec<f64> {
         .map(|count| {
             let (head, tail) = rest.split_at(count.min(rest.len()));
             rest = tail;
-            taxel_numerics::dense::dot(head, row)
+            long_dot(head, row)
         })
         .collect()
 }
@@ -150,6 +151,10 @@ pub struct PositionEstimator {
     slopes: [Vec<f64>; 3],
 }
 
+/// Frames of presses at the end of the box lie beyond it by up to this many deviations; more of them are
+/// presses that training did not reach.
+const USUAL: f64 = 2.0;
+const BEYOND: f64 = 3.0;
 /// Steps of the search.
 const STEPS: usize = 12;
 /// The search ends below this share of an interval.
@@ -218,7 +223,8 @@ impl PositionEstimator {
         let mut misfit = self.misfit(&white, position);
         for _ in 0..STEPS {
             let (gradient, normal) = self.normal(&white);
-            let step = newton_step(gradient, normal);
+            let held = self.held(position, gradient);
+            let step = newton_step(gradient, normal, held);
             let small = |a: usize| step[a].abs() < SETTLED * self.map.surface.step[a];
             if (0..3).all(small) {
                 break;
@@ -230,9 +236,36 @@ impl PositionEstimator {
             };
             (position, misfit) = (next, lower);
         }
-        let (_, normal) = self.normal(&white);
+        let (gradient, normal) = self.normal(&white);
         let opened = self.opened(normal, open);
-        Ok(self.judged(position, normal, misfit, opened))
+        let outward = self.outward(position, gradient, normal);
+        Ok(self.judged(position, normal, misfit, opened, outward))
+    }
+
+    /// The axes along which a position is at the end of the box and a frame speaks for one beyond.
+    fn held(&self, position: [f64; 3], gradient: [f64; 3]) -> [bool; 3] {
+        [0, 1, 2].map(|axis| {
+            let [near, far] = self.map.surface.range(axis);
+            (position[axis] <= near && gradient[axis] < 0.0)
+                || (position[axis] >= far && gradient[axis] > 0.0)
+        })
+    }
+
+    /// How far beyond the box a frame lies along each axis by the slopes at its end, m.
+    fn outward(&self, position: [f64; 3], gradient: [f64; 3], normal: [[f64; 3]; 3]) -> [f64; 3] {
+        let held = self.held(position, gradient);
+        if held == [false; 3] {
+            return [0.0; 3];
+        }
+        let step = newton_step(gradient, normal, [false; 3]);
+        [0, 1, 2].map(|axis| {
+            let same = step[axis] * gradient[axis] > 0.0;
+            if held[axis] && same {
+                step[axis].abs()
+            } else {
+                0.0
+            }
+        })
     }
 
     /// The node whose answer is nearest to a frame.
@@ -343,32 +376,49 @@ impl PositionEstimator {
     }
 
     /// The estimate with its covariance: that of the noise, grown by the misfit, and that of
-    /// readings that are open.
+    /// readings that are open. A frame that lies beyond the box by more than errors do is known no
+    /// better than that, and soon is unlike those of training.
     fn judged(
         &self,
         position: [f64; 3],
         normal: [[f64; 3]; 3],
         misfit: f64,
         opened: [[f64; 3]; 3],
+        outward: [f64; 3],
     ) -> PositionEstimate {
         let surface = &self.map.surface;
         let unknowns = if surface.is_deep() { 3 } else { 2 };
         let freedom = surface.width.saturating_sub(unknowns).max(1) as f64;
-        let growth = (misfit / freedom).max(1.0);
         let plane = self.map.interval_factor.powi(2);
-        let known = normal.map(|row| row.map(|n| n / (growth * plane)));
-        let covariance = inverse(&self.within_the_box(known));
-        let [x, y, z] = position;
+        let by_growth = |growth: f64| {
+            let known = normal.map(|row| row.map(|n| n / (growth * plane)));
+            inverse(&self.within_the_box(known))
+        };
+        let covariance = by_growth((misfit / freedom).max(1.0));
         let along = self.map.depth_factor / self.map.interval_factor;
+        let factors = [1.0, 1.0, along * along];
+        let mut variance =
+            [0, 1, 2].map(|axis| factors[axis] * covariance[axis][axis] + opened[axis][axis]);
+        let mut beyond = false;
+        if outward != [0.0; 3] {
+            // The misfit is what such a frame has because it is beyond: it makes it no likelier within.
+            let certain = by_growth(1.0);
+            for (axis, outward) in outward.into_iter().enumerate() {
+                let usual = factors[axis] * certain[axis][axis] + opened[axis][axis];
+                let square = outward * outward;
+                beyond |= square > BEYOND * BEYOND * usual;
+                variance[axis] += (square - USUAL * USUAL * usual).max(0.0);
+            }
+        }
+        let [x, y, z] = position;
+        let across = covariance[0][1] + opened[0][1];
         PositionEstimate {
             position: [x, y],
-            covariance: [0, 1].map(|i| [0, 1].map(|j| covariance[i][j] + opened[i][j])),
-            depth: (surface.is_deep() && !self.map.by_force).then(|| {
-                let own = along * covariance[2][2].sqrt();
-                [z, own.hypot(opened[2][2].sqrt()).min(self.size(2))]
-            }),
+            covariance: [[variance[0], across], [across, variance[1]]],
+            depth: (surface.is_deep() && !self.map.by_force)
+                .then(|| [z, variance[2].sqrt().min(self.size(2))]),
             misfit,
-            support: if misfit > self.map.largest_misfit {
+            support: if beyond || misfit > self.map.largest_misfit {
                 Support::Outside
             } else {
                 Support::Trained
@@ -382,8 +432,15 @@ impl PositionEstimator {
     }
 }
 
-/// (JᵀJ)⁻¹ Jᵀr, with a trace of damping where a slope vanishes.
-fn newton_step(gradient: [f64; 3], mut normal: [[f64; 3]; 3]) -> [f64; 3] {
+/// (JᵀJ)⁻¹ Jᵀr along the axes that are not `held`, with a trace of damping where a slope vanishes.
+fn newton_step(mut gradient: [f64; 3], mut normal: [[f64; 3]; 3], held: [bool; 3]) -> [f64; 3] {
+    for axis in (0..3).filter(|axis| held[*axis]) {
+        gradient[axis] = 0.0;
+        for other in (0..3).filter(|other| *other != axis) {
+            normal[axis][other] = 0.0;
+            normal[other][axis] = 0.0;
+        }
+    }
     let trace: f64 = (0..3).map(|a| normal[a][a]).sum();
     for (axis, row) in normal.iter_mut().enumerate() {
         row[axis] += 1e-9 * trace + f64::MIN_POSITIVE;

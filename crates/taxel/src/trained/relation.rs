@@ -15,6 +15,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::{cholesky, cholesky_solve};
 
+use super::ridge::long_dot;
 use super::{Standard, TrainingError};
 
 /// A relation of the channels, learned from frames.
@@ -48,6 +49,8 @@ pub struct Judged {
     /// By how much the readings in use, over their scale, differ from what the others say beyond
     /// what frames of training do: the root of the sum of the squares.
     pub unexplained: f64,
+    /// True if the frame is unlike all of training, whichever channels are left out.
+    pub unlike: bool,
 }
 
 /// A reading this many deviations from what the others say is suspected; and one that was left
@@ -150,6 +153,7 @@ impl RelationWatch {
                 left_out: vec![false; width],
                 deviation: vec![0.0; width],
                 unexplained: 0.0,
+                unlike: false,
             },
             relation,
         })
@@ -183,6 +187,7 @@ impl RelationWatch {
         }
         self.judged.deviation.fill(0.0);
         self.judged.unexplained = 0.0;
+        self.judged.unlike = false;
         self.judged.scores.fill(f64::NAN);
         if missing > most {
             return &self.judged;
@@ -201,6 +206,7 @@ impl RelationWatch {
             return &self.judged;
         }
         if !self.explain(most) {
+            self.judged.unlike = true;
             self.judged.left_out.clone_from(&absent);
             self.sweep();
             self.multiply();
@@ -383,8 +389,7 @@ impl RelationWatch {
         let mut misfit = 0.0;
         for i in 0..width {
             let row = &self.swept[i * width..(i + 1) * width];
-            let terms = row.iter().zip(&self.scaled);
-            let sum: f64 = terms.map(|(p, z)| p * z).sum();
+            let sum = long_dot(row, &self.scaled);
             self.product[i] = sum;
             misfit += if self.judged.left_out[i] {
                 0.0
