@@ -287,7 +287,6 @@ fn a_frame_unlike_training_is_outside_and_uncertain() {
     assert!(far.deviation()[0] <= 10.01e-3 && far.position[0].is_finite());
 }
 
-/// `map` as text and back, at rounding of the decimal numbers.
 /// Presses beside the area that training pressed: no place is stated that does not hold them.
 #[test]
 fn a_press_beside_the_trained_area_gets_no_false_place() {
@@ -308,8 +307,8 @@ fn a_press_beside_the_trained_area_gets_no_false_place() {
         let found = estimator.estimate(frame).unwrap();
         let outside = found.support == Support::Outside;
         let off = found.position.iter().zip(place).zip(found.deviation());
-        let held = off.map(|((a, b), deviation)| (a - b).abs() <= 1.96 * deviation);
-        let held = held.fold(true, |all, one| all && one);
+        let mut off = off.map(|((a, b), deviation)| (a - b).abs() / deviation);
+        let held = off.all(|ratio| ratio <= 1.96);
         let [all, flagged, wrong] = &mut counts[usize::from(!inner(place))];
         *all += 1.0;
         *flagged += f64::from(u8::from(outside));
@@ -323,6 +322,7 @@ fn a_press_beside_the_trained_area_gets_no_false_place() {
     );
 }
 
+/// `map` as text and back, at rounding of the decimal numbers.
 fn through_text<T: serde::Serialize + serde::de::DeserializeOwned>(map: &T) -> T {
     serde_json::from_str(&serde_json::to_string(map).unwrap()).unwrap()
 }
