@@ -15,12 +15,11 @@ use marks::{Mark, ends};
 const ROOM: [f64; 2] = [900.0, 700.0];
 /// Space round it.
 const MARGIN: f64 = 24.0;
-/// Unit of the scale bar where none is given.
-const METRE: (&str, f64) = ("m", 1.0);
-
 /// Space below it, for the scale bar, and to its right, for the colour bar.
 const FOOT: f64 = 40.0;
 const BAR: f64 = 150.0;
+/// Unit of the scale bar where none is given.
+const METRE: (&str, f64) = ("m", 1.0);
 
 /// Numbers on nodes or on cells.
 #[derive(Clone, Copy, Debug)]

@@ -532,8 +532,8 @@ fn empty_cell(position: [f64; 2]) -> Cell {
     }
 }
 
-/// What says itself when it is empty has settled when it says so; the end of a pause is the
-/// beginning of the next contact, s.
+/// Settling time of readers that say themselves when a channel is empty, s: it only keeps the
+/// beginning of the next contact out.
 const SETTLED: f64 = 0.05;
 
 /// Finds channels that give the same reading again and again.

@@ -230,25 +230,32 @@ impl ChargeReader {
         step.map_or(f64::NAN, |step| chain.advance(memory, step, change))
     }
 
+    /// A frame begins, `elapsed` seconds after the one before.
+    fn begin(&mut self, elapsed: f64) {
+        if let Some(balance) = &mut self.balance {
+            balance.begin(elapsed);
+            let stays = (-elapsed / self.options.drift_guard).exp();
+            self.kept.iter_mut().for_each(|kept| kept.force *= stays);
+        }
+    }
+
     /// The force on an element less what (19) keeps of touches that have gone; and what its
     /// output says of the offset.
     fn since_rest(
         &mut self,
         index: usize,
-        elapsed: f64,
         output: Option<f64>,
         known: &Known<'_>,
         estimated: f64,
     ) -> f64 {
         let guard = self.options.drift_guard;
-        let kept = &mut self.kept[index];
-        kept.force *= (-elapsed / guard).exp();
         let Some(balance) = &mut self.balance else {
             return estimated;
         };
+        let kept = &mut self.kept[index];
         let offset = self.rest[index] + known.drift(index);
         let offset = [offset, known.drift_variance(index)];
-        let shown = balance.push(index, elapsed, output, offset, estimated - kept.force);
+        let shown = balance.push(index, output, offset, estimated - kept.force);
         let (offset, rest) = match shown {
             Shown::Nothing => (None, None),
             Shown::Faded => (output, None),
@@ -378,6 +385,7 @@ impl Reader for ChargeReader {
         if missed {
             self.wrong_until_ns.fill(time_ns + guard_ns);
         }
+        self.begin(elapsed.unwrap_or(0.0));
         let period = self.model.period;
         let usual = elapsed.is_some_and(|dt| (dt - period).abs() < 1e-3 * period);
         let other = match (&self.inverse, elapsed) {
@@ -411,9 +419,9 @@ impl Reader for ChargeReader {
             let offset = self.gains.offset * known.drift_variance(index).sqrt();
             let deviation = (self.gains.noise * known.noise[index]).hypot(offset) / gain;
             self.deviations[index] = deviation;
-            let whole = !missed && state != State::Saturated && change.is_finite();
-            let output = Some(volts).filter(|_| whole && usable);
-            let force = self.since_rest(index, elapsed.unwrap_or(0.0), output, known, value / gain);
+            let whole = usable && !missed && state != State::Saturated && volts.is_finite();
+            let output = whole.then_some(volts);
+            let force = self.since_rest(index, output, known, value / gain);
             let deviation = deviation.hypot(self.model.gain_deviation * force);
             touch.taxels[index] = TaxelTouch::pressing(force, deviation, state);
         }

@@ -29,7 +29,16 @@ pub(super) struct ChargeBalance {
     noise: f64,
     /// Time over which it shows whether a force stands still, s.
     lag: f64,
+    pace: Pace,
     elements: Vec<Element>,
+}
+
+/// Time since the frame before, s, and weights of a frame in the averages for that time.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pace {
+    elapsed: f64,
+    average: f64,
+    long: f64,
 }
 
 /// What an element shows in a frame.
@@ -95,6 +104,8 @@ const SAME: f64 = 4.0;
 const STEPS: f64 = 0.25;
 /// What the time constant of the high-pass is not known by, as a share of it.
 const LEAK: f64 = 0.02;
+/// An offset is measured where the time constant leaves open no more than this many deviations of a reading.
+const BIAS: f64 = 0.5;
 /// A moment is remembered for a force that is known to this share of what matters.
 const CLOSE: f64 = 0.5;
 /// A force that came down to this share of its most has gone.
@@ -111,6 +122,7 @@ impl ChargeBalance {
             average,
             noise: leak.deviation.powi(2) * 0.5 * leak.period / average,
             lag: PASSED * average.max(leak.low_pass),
+            pace: Pace::default(),
             elements: vec![Element::default(); leak.matters.len()],
             leak,
         }
@@ -121,17 +133,28 @@ impl ChargeBalance {
         self.elements.fill(Element::default());
     }
 
-    /// Takes the output of an element, V, `elapsed` seconds after the frame before: `None` where
+    /// A frame begins, `elapsed` seconds after the one before.
+    pub(super) fn begin(&mut self, elapsed: f64) {
+        let slowest = self.leak.high_pass.max(self.leak.low_pass);
+        let weight = |time: f64| -(-elapsed / time).exp_m1();
+        self.pace = Pace {
+            elapsed,
+            average: weight(self.average),
+            long: weight(slowest),
+        };
+    }
+
+    /// Takes the output of an element in the frame that has begun, V: `None` where
     /// it is clipped or missing, or frames are. Of its offset the value and the variance are
     /// known so far; `force` is what was estimated of this frame, N.
     pub(super) fn push(
         &mut self,
         index: usize,
-        elapsed: f64,
         output: Option<f64>,
         [offset, variance]: [f64; 2],
         force: f64,
     ) -> Shown {
+        let (pace, deviation) = (self.pace, self.leak.deviation);
         let element = &mut self.elements[index];
         let Some(output) = output else {
             *element = Element {
@@ -140,14 +163,14 @@ impl ChargeBalance {
             };
             return Shown::Nothing;
         };
-        element.fade(elapsed, output, &self.leak);
-        let [matters, volts] = self.leak.matters[index];
-        element.advance(elapsed, output, self.average);
-        element.estimate(elapsed, force, self.average, matters);
+        let matters = self.leak.matters[index];
+        element.fade(output, &pace, FADES * deviation);
+        element.advance([output, force], &pace, matters[0]);
         element.keep(0.5 * self.lag);
         let known = Offset {
             value: offset,
-            variance: variance + (STEPS * self.leak.deviation).powi(2),
+            variance: variance + (STEPS * deviation).powi(2),
+            bias: BIAS * deviation,
             noise: self.noise,
             time: self.leak.high_pass,
         };
@@ -156,7 +179,7 @@ impl ChargeBalance {
         let faded = element.faded >= FADED * self.leak.high_pass;
         if faded {
             let stood = element.earlier[2].map(|moment| Moment {
-                rest: element.rests(&moment, &known, volts),
+                rest: element.rests(&moment, &known, matters[1]),
                 ..moment
             });
             if stood.is_some_and(|moment| moment.rest) {
@@ -165,7 +188,7 @@ impl ChargeBalance {
             element.next = stood;
             return Shown::Faded;
         }
-        let shown = stands.map(|stands| element.returned(&stands, &known, [matters, volts]));
+        let shown = stands.map(|stands| element.returned(&stands, &known, matters));
         let shown = shown.unwrap_or(Shown::Nothing);
         if shown == Shown::Nothing
             && let Some(next) = element.next.take()
@@ -180,6 +203,8 @@ impl ChargeBalance {
 struct Offset {
     value: f64,
     variance: f64,
+    /// What a measured offset may be off by, V.
+    bias: f64,
     noise: f64,
     time: f64,
 }
@@ -210,34 +235,30 @@ impl Offset {
 }
 
 impl Element {
-    fn fade(&mut self, elapsed: f64, output: f64, leak: &Leak) {
+    fn fade(&mut self, output: f64, pace: &Pace, most: f64) {
         let long = self.long.get_or_insert(output);
         let off = output - *long;
-        let slowest = leak.high_pass.max(leak.low_pass);
-        *long -= (-elapsed / slowest).exp_m1() * off;
-        let fades = off.abs() > FADES * leak.deviation;
-        self.faded = if fades { 0.0 } else { self.faded + elapsed };
-    }
-
-    fn advance(&mut self, elapsed: f64, output: f64, average: f64) {
-        let now = &mut self.now;
-        if self.earlier[0].is_none() {
-            now.output = output;
-        }
-        let last = now.output;
-        now.output -= (-elapsed / average).exp_m1() * (output - last);
-        now.time += elapsed;
-        now.charge += 0.5 * elapsed * (last + now.output);
-        now.between += ((now.output - last) * elapsed).powi(2) / 12.0;
+        *long += pace.long * off;
+        let fades = off.abs() > most;
+        self.faded = if fades {
+            0.0
+        } else {
+            self.faded + pace.elapsed
+        };
     }
 
     /// Forces below `matters` are none.
-    fn estimate(&mut self, elapsed: f64, force: f64, average: f64, matters: f64) {
+    fn advance(&mut self, [output, force]: [f64; 2], pace: &Pace, matters: f64) {
         let now = &mut self.now;
         if self.earlier[0].is_none() {
-            now.force = force;
+            (now.output, now.force) = (output, force);
         }
-        now.force -= (-elapsed / average).exp_m1() * (force - now.force);
+        let last = now.output;
+        now.output += pace.average * (output - last);
+        now.force += pace.average * (force - now.force);
+        now.time += pace.elapsed;
+        now.charge += 0.5 * pace.elapsed * (last + now.output);
+        now.between += ((now.output - last) * pace.elapsed).powi(2) / 12.0;
         now.estimated = now.time;
         now.rest = now.force.abs() < matters;
         self.most = self.most.max(now.force.abs());
@@ -261,12 +282,11 @@ impl Element {
 
     /// What a force shows that has stood still since `stands`: whether it is back at one that
     /// is remembered.
-    fn returned(&mut self, stands: &Moment, known: &Offset, matters: [f64; 2]) -> Shown {
-        let share = GONE * matters[1] / matters[0];
-        let [.., matters] = matters;
+    fn returned(&mut self, stands: &Moment, known: &Offset, [newtons, matters]: [f64; 2]) -> Shown {
+        let gone = GONE * self.most / newtons * matters;
         let same = |one: &Moment| {
-            let most = if one.rest { share * self.most } else { 0.0 };
-            known.same(one, &self.now, matters.max(most))
+            let least = if one.rest { gone } else { 0.0 };
+            known.same(one, &self.now, matters.max(least))
         };
         let references = || self.references.iter().flatten();
         let back = references().filter(|one| same(one) == Some(true));
@@ -282,12 +302,13 @@ impl Element {
                 *stands
             }
         };
+        let age = self.now.time - from.time;
         let balance = self.now.charge - from.charge + known.time * (self.now.output - from.output);
         let certain = known.same(&from, &self.now, matters).is_some();
-        let leak = Offset::leak(&from, &self.now);
-        let balanced = certain && leak < 2.0 * known.noise;
+        let leak = Offset::leak(&from, &self.now).sqrt();
+        let balanced = certain && leak * known.time < known.bias * age;
         // A moment that is hardly known is none to come back to.
-        let close = certain && SAME * leak.sqrt() < CLOSE * matters;
+        let close = certain && SAME * leak < CLOSE * matters;
         self.next = close.then_some(Moment {
             force: from.force,
             estimated: from.estimated,
@@ -298,7 +319,7 @@ impl Element {
             self.most = 0.0;
         }
         Shown::Same {
-            offset: balanced.then_some(balance / (self.now.time - from.time)),
+            offset: balanced.then_some(balance / age),
             rest: from
                 .rest
                 .then_some([from.force, self.now.time - from.estimated]),

@@ -6,10 +6,9 @@
 //! frames, so training and live use do the same.
 
 use serde::{Deserialize, Serialize};
-use taxel_numerics::dense::dot;
+use taxel_numerics::dense::{dot, long_dot};
 
 use super::memory::Memory;
-use super::ridge::long_dot;
 use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
 
 /// What a map errs by is known, from frames that were held out, up to this share of the leverage from

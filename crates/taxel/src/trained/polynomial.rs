@@ -1,9 +1,9 @@
 //! Channels brought to one scale, and their products.
 
 use serde::{Deserialize, Serialize};
+use taxel_numerics::dense::long_dot;
 
 use super::TrainingError;
-use super::ridge::long_dot;
 
 /// Which channels are used and how they are scaled: z = (x − centre)/scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -11,9 +11,8 @@
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use super::ridge::long_dot;
 use super::{Standard, Support, Surface, TrainingError};
-use taxel_numerics::dense::dot3;
+use taxel_numerics::dense::{dot3, long_dot};
 
 /// A trained map from channels to position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

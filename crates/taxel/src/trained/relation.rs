@@ -13,9 +13,8 @@
 //! rest. Creep is in the frames of training, so along it P is small and it is not taken.
 
 use serde::{Deserialize, Serialize};
-use taxel_numerics::dense::{cholesky, cholesky_solve};
+use taxel_numerics::dense::{cholesky, cholesky_solve, long_dot};
 
-use super::ridge::long_dot;
 use super::{Standard, TrainingError};
 
 /// A relation of the channels, learned from frames.

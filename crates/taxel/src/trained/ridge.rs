@@ -14,7 +14,7 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, MatRef, Par, Side};
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
-use taxel_numerics::dense::dot;
+use taxel_numerics::dense::long_dot;
 
 use super::TrainingError;
 
@@ -176,22 +176,6 @@ impl Ridge {
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
-}
-
-/// Σ aᵢ bᵢ of long rows, in eight sums: one after the other each addition waits for the one before.
-#[inline]
-pub(super) fn long_dot(a: &[f64], b: &[f64]) -> f64 {
-    const SUMS: usize = 8;
-    let count = a.len().min(b.len());
-    let (a, a_rest) = a[..count].as_chunks::<SUMS>();
-    let (b, b_rest) = b[..count].as_chunks::<SUMS>();
-    let mut sums = [0.0; SUMS];
-    for (a, b) in a.iter().zip(b) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
-        }
-    }
-    sums.iter().sum::<f64>() + dot(a_rest, b_rest)
 }
 
 /// L⁻¹ of a lower triangular matrix.

@@ -138,11 +138,9 @@ fn presses_without_rest_leave_no_force_and_no_doubt() {
         );
         let ratio = (sums[1] / sums[0]).sqrt();
         assert!((0.7..1.4).contains(&ratio), "{every}: {ratio}");
-        // In pauses of two and a half time constants little is seen of the offset.
-        let most = if every > 2.0 { 2.0 } else { 4.0 };
         let (first, last) = (doubts[0], doubts[doubts.len() - 1]);
         assert!(
-            last < most * first && last < 2e-3,
+            last < 2.0 * first && last < 1.5e-3,
             "{every}: {first} {last}"
         );
     }

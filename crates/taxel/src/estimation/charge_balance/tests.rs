@@ -29,7 +29,8 @@ fn shown(high_pass: f64, offset: f64, forces: &[f64], seed: u64) -> Vec<Shown> {
     let mut balance = balance(high_pass);
     let frames = forces.iter().map(|force| {
         let output = chain.advance(&mut memory, &step, *force) + offset + noise.normal();
-        balance.push(0, PERIOD, Some(output), [0.0, 0.01], *force)
+        balance.begin(PERIOD);
+        balance.push(0, Some(output), [0.0, 0.01], *force)
     });
     frames.collect()
 }
@@ -93,7 +94,8 @@ proptest! {
 #[test]
 fn after_a_clipped_output_nothing_is_known_of_before() {
     let mut balance = balance(0.5);
-    let mut push = |output| balance.push(0, PERIOD, output, [0.0, 1.0], 0.0);
+    balance.begin(PERIOD);
+    let mut push = |output| balance.push(0, output, [0.0, 1.0], 0.0);
     for _ in 0..3000 {
         push(Some(0.0));
     }
