@@ -9,16 +9,13 @@ use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::{dot, long_dot};
 
 use super::memory::Memory;
-use super::{Estimate, MemoryLaw, Polynomial, Ridge, Standard, Support, TrainingError};
+use super::{
+    Estimate, MemoryLaw, Polynomial, Ridge, SURELY, Standard, Support, TrainingError, USUAL,
+};
 
 /// What a map errs by is known, from frames that were held out, up to this share of the leverage from
 /// which on a frame is outside.
 const FARTHEST: f64 = 0.5;
-
-/// Estimates go beyond the range of the forces of training by up to this many deviations by chance, and
-/// by more than these for sure.
-const USUAL: f64 = 2.0;
-const SURELY: f64 = 3.0;
 
 /// Touches like those of training let a body creep by up to this much more in hours than in the
 /// minutes of training.

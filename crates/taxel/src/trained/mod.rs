@@ -44,6 +44,11 @@ pub use surface::Surface;
 
 use serde::Serialize;
 
+/// By chance estimates go beyond what was trained by up to this many of their deviations, and no
+/// farther than these.
+const USUAL: f64 = 2.0;
+const SURELY: f64 = 3.0;
+
 /// Support of an estimate by the training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -11,7 +11,7 @@
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use super::{Standard, Support, Surface, TrainingError};
+use super::{SURELY, Standard, Support, Surface, TrainingError, USUAL};
 use taxel_numerics::dense::{dot3, long_dot};
 
 /// A trained map from channels to position.
@@ -150,10 +150,6 @@ pub struct PositionEstimator {
     slopes: [Vec<f64>; 3],
 }
 
-/// Frames of presses at the end of the box lie beyond it by up to this many deviations; more of them are
-/// presses that training did not reach.
-const USUAL: f64 = 2.0;
-const BEYOND: f64 = 3.0;
 /// Steps of the search.
 const STEPS: usize = 12;
 /// The search ends below this share of an interval.
@@ -405,7 +401,7 @@ impl PositionEstimator {
             for (axis, outward) in outward.into_iter().enumerate() {
                 let usual = factors[axis] * certain[axis][axis] + opened[axis][axis];
                 let square = outward * outward;
-                beyond |= square > BEYOND * BEYOND * usual;
+                beyond |= square > SURELY * SURELY * usual;
                 variance[axis] += (square - USUAL * USUAL * usual).max(0.0);
             }
         }
