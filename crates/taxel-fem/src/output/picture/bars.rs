@@ -6,9 +6,10 @@ use super::{BAR, Colours, MARGIN, METRE, Picture, View};
 use crate::output::escape;
 
 impl Picture<'_> {
-    /// A bar of a round length, about a fifth of the drawing.
+    /// A bar of a round length, about a fifth of the drawing; of a narrow one, more, so that the
+    /// bar still shows.
     pub(super) fn draw_scale_bar(&self, view: &View, text: &mut String) {
-        let fifth = view.size[0].max(60.0) / 5.0 / view.scale;
+        let fifth = view.size[0].max(100.0) / 5.0 / view.scale;
         let mut fitting = self
             .units
             .iter()
