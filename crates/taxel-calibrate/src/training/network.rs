@@ -6,11 +6,14 @@
 
 use taxel_numerics::Noise;
 
-/// Neurons of a layer, rows of a batch, times through all rows, first and last rate.
+/// Neurons of a layer, rows of a batch, first and last rate.
 const HIDDEN: usize = 32;
 const BATCH: usize = 32;
-const EPOCHS: usize = 150;
 const RATES: [f64; 2] = [5e-3, 1e-4];
+/// Times through all rows: the most, the fewest, and rows learned in all between them. Many rows
+/// need fewer times.
+const EPOCHS: [usize; 2] = [150, 20];
+const LEARNED: usize = 400_000;
 
 /// A layer of neurons, row by row: the weights of one neuron, its offset last.
 #[derive(Debug, Clone)]
@@ -104,8 +107,10 @@ impl Network {
         };
         let mut order: Vec<usize> = (0..inputs.len()).collect();
         let mut step = 0;
-        for epoch in 0..EPOCHS {
-            let share = epoch as f64 / EPOCHS as f64;
+        let [most, fewest] = EPOCHS;
+        let epochs = (LEARNED / inputs.len().max(1)).clamp(fewest, most);
+        for epoch in 0..epochs {
+            let share = epoch as f64 / epochs as f64;
             let rate = RATES[0] * (RATES[1] / RATES[0]).powf(share);
             let mut keys: Vec<(f64, usize)> =
                 order.iter().map(|row| (noise.normal(), *row)).collect();
