@@ -66,6 +66,8 @@ pub struct Body {
     /// Rows of the steps that are done, and of rest.
     pub(super) rows: Vec<Vec<f64>>,
     notes: Vec<String>,
+    /// Obstacles and contacts that overlap before anything moves, with their overlaps, m.
+    overlapping: Vec<(String, f64)>,
     effort: Effort,
     /// Jumps of the present step.
     jumps: Vec<Jump>,
@@ -101,6 +103,7 @@ impl Body {
                 .iter()
                 .map(|note| format!("{mesh_name}: {note}"))
                 .collect(),
+            overlapping: Vec::new(),
             effort: Effort::default(),
             jumps: Vec::new(),
             strained: None,
@@ -129,7 +132,15 @@ impl Body {
             }
         })?;
         body.rows.push(row);
-        let overlaps = body.overlaps_at_rest();
+        body.overlapping = body.overlaps_at_rest();
+        let overlaps = body.overlapping.iter().map(|(name, overlap)| {
+            format!(
+                "{name:?} overlaps by {:.4} mm before anything moves; the first step takes \
+                 that away, and the forces of step 0 are not in equilibrium: move it, or turn \
+                 its direction round, where that is not meant",
+                1e3 * overlap
+            )
+        });
         body.notes.extend(overlaps);
         Ok(body)
     }
@@ -154,20 +165,14 @@ impl Body {
         Ok(())
     }
 
-    /// Obstacles and contacts that overlap before anything moves, beyond what is accepted.
-    fn overlaps_at_rest(&self) -> Vec<String> {
+    /// Obstacles and contacts that overlap before anything moves, beyond what is accepted, with their
+    /// overlaps, m.
+    fn overlaps_at_rest(&self) -> Vec<(String, f64)> {
         let contacts = &self.solver.problem().contacts;
         let named = touched(&self.file).zip(contacts).enumerate();
         let overlaps = named.filter_map(|(number, (name, contact))| {
             let overlap = self.solver.contact(number).overlap;
-            (overlap > contact.overlap_limit()).then(|| {
-                format!(
-                    "{name:?} overlaps by {:.4} mm before anything moves; the first step takes \
-                     that away, and the forces of step 0 are not in equilibrium: move it, or turn \
-                     its direction round, where that is not meant",
-                    1e3 * overlap
-                )
-            })
+            (overlap > contact.overlap_limit()).then(|| (name.clone(), overlap))
         });
         overlaps.collect()
     }
@@ -697,7 +702,7 @@ impl Body {
                 reached.join(", ")
             }
         );
-        let _ = write!(message, "\nhelp: {}", self.advice(&failure.reason));
+        let _ = write!(message, "\nhelp: {}", self.advice(failure));
         message
     }
 
@@ -729,7 +734,8 @@ impl Body {
         })
     }
 
-    fn advice(&self, reason: &Reason) -> String {
+    fn advice(&self, failure: &Failure) -> String {
+        let reason = &failure.reason;
         let soft = self.file.material.iter().any(|material| {
             matches!(
                 material.compressibility,
@@ -759,6 +765,15 @@ impl Body {
                 format!(
                     "{cause}: prescribe a displacement, a force of a moved part or a volume of a \
                      cavity in its place (parameter.prescribes)"
+                )
+            }
+            _ if self.done == 0 && failure.fraction == 0.0 && !self.overlapping.is_empty() => {
+                let (name, overlap) = &self.overlapping[0];
+                format!(
+                    "{name:?} overlaps by {:.4} mm before anything moves, which nothing of the step \
+                     could take away: let it begin where it just touches, and let a parameter move \
+                     it from there",
+                    1e3 * overlap
                 )
             }
             Reason::NotANumber

@@ -971,6 +971,25 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
     }
 }
 
+/// A ball that is drawn deep inside the body is the cause, and not the iteration.
+#[test]
+fn a_ball_drawn_inside_the_body_is_named_as_the_cause() {
+    let (text, mesh) = shipped("fingertip");
+    let plane = "plane = { point = [\"0 mm\", \"0 mm\", \"-7 mm\"], normal = [0, 0, 1] }";
+    let ball = "sphere = { centre = [\"0 mm\", \"0 mm\", \"-8 mm\"], radius = \"2 mm\" }";
+    assert!(text.contains(plane));
+    let text = text.replace(plane, ball);
+    let text = text.replace("friction = 0.3", "friction = 0");
+    let mut body = body("problem.toml", &text, mesh).unwrap();
+    let noted = |note: &String| note.contains("overlaps by 0.99");
+    assert!(body.notes().iter().any(noted), "{:?}", body.notes());
+    let failure = body.step(|_| true).unwrap_err();
+    let message = body.explain(&failure);
+    for part in ["\"plate\" overlaps by 0.99", "where it just touches"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
 /// The facet on which a rough contact is held comes from a file that may be damaged.
 #[test]
 fn a_saved_state_that_names_a_facet_beyond_its_surface_is_refused() {
