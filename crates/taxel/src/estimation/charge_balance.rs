@@ -304,18 +304,20 @@ impl Element {
         };
         let age = self.now.time - from.time;
         let balance = self.now.charge - from.charge + known.time * (self.now.output - from.output);
-        let certain = known.same(&from, &self.now, matters).is_some();
+        let to_what_matters = known.same(&from, &self.now, matters);
+        let certain = to_what_matters.is_some();
         let leak = Offset::leak(&from, &self.now).sqrt();
         let balanced = certain && leak * known.time < known.bias * age;
         // A moment that is hardly known is none to come back to.
-        let close = certain && SAME * leak < CLOSE * matters;
+        let close = certain && SAME * Offset::leak(&from, stands).sqrt() < CLOSE * matters;
         self.next = close.then_some(Moment {
             force: from.force,
             estimated: from.estimated,
             rest: from.rest,
             ..*stands
         });
-        if from.rest && certain {
+        // By its greatest force alone it may be near rest as yet.
+        if from.rest && to_what_matters == Some(true) {
             self.most = 0.0;
         }
         Shown::Same {

@@ -103,3 +103,28 @@ fn after_a_clipped_output_nothing_is_known_of_before() {
     assert_eq!(push(None), Shown::Nothing);
     assert_eq!(push(Some(0.0)), Shown::Nothing);
 }
+
+/// Sequences in which a moment was remembered that is hardly known, or a hard press was forgotten
+/// while it left more open than what matters: nothing was rest from then on.
+#[test]
+fn presses_that_left_much_open_are_followed_by_rest() {
+    let hard = (0.207_434_408, &[(2458.505_994_8, 2.867_940_26)][..], 0);
+    let light_after_hard = [
+        (100.0, 2.390_815_17),
+        (465.687_287_4, 2.083_802_03),
+        (100.0, 0.5),
+    ];
+    for (high_pass, touches, seed) in [hard, (0.272_424_358, &light_after_hard[..], 245)] {
+        let frames = |times: f64| (times * high_pass / PERIOD) as usize;
+        let mut forces = vec![0.0; frames(12.0)];
+        for (force, times) in touches {
+            forces.extend(vec![*force; frames(*times)]);
+            forces.extend(vec![0.0; frames(9.0)]);
+        }
+        let shown = shown(high_pass, 0.0, &forces, seed);
+        let rest = &shown[shown.len() - frames(6.0)..];
+        let back = |one: &&Shown| matches!(one, Shown::Same { rest: Some([force, _]), .. } if force.abs() < 10.0);
+        let found = rest.iter().filter(back).count();
+        assert!(10 * found > 9 * rest.len(), "{found} of {}", rest.len());
+    }
+}
