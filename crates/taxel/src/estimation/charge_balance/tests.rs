@@ -108,7 +108,7 @@ fn after_a_clipped_output_nothing_is_known_of_before() {
 /// while it left more open than what matters: nothing was rest from then on.
 #[test]
 fn presses_that_left_much_open_are_followed_by_rest() {
-    let hard = (0.207_434_408, &[(2458.505_994_8, 2.867_940_26)][..], 0);
+    let hard = (0.207_434_408, &[(2_458.505_994_8, 2.867_940_26)][..], 0);
     let light_after_hard = [
         (100.0, 2.390_815_17),
         (465.687_287_4, 2.083_802_03),
