@@ -66,8 +66,6 @@ pub struct Body {
     /// Rows of the steps that are done, and of rest.
     pub(super) rows: Vec<Vec<f64>>,
     notes: Vec<String>,
-    /// Obstacles and contacts that overlap before anything moves, with their overlaps, m.
-    overlapping: Vec<(String, f64)>,
     effort: Effort,
     /// Jumps of the present step.
     jumps: Vec<Jump>,
@@ -103,7 +101,6 @@ impl Body {
                 .iter()
                 .map(|note| format!("{mesh_name}: {note}"))
                 .collect(),
-            overlapping: Vec::new(),
             effort: Effort::default(),
             jumps: Vec::new(),
             strained: None,
@@ -132,15 +129,14 @@ impl Body {
             }
         })?;
         body.rows.push(row);
-        body.overlapping = body.overlaps_at_rest();
-        let overlaps = body.overlapping.iter().map(|(name, overlap)| {
+        let overlaps = body.overlaps().into_iter().map(|overlap| {
             format!(
-                "{name:?} overlaps by {:.4} mm before anything moves; the first step takes \
-                 that away, and the forces of step 0 are not in equilibrium: move it, or turn \
-                 its direction round, where that is not meant",
-                1e3 * overlap
+                "{overlap} before anything moves; the first step takes that away, and the forces of \
+                 step 0 are not in equilibrium: move it, or turn its direction round, where that is \
+                 not meant"
             )
         });
+        let overlaps: Vec<String> = overlaps.collect();
         body.notes.extend(overlaps);
         Ok(body)
     }
@@ -165,14 +161,14 @@ impl Body {
         Ok(())
     }
 
-    /// Obstacles and contacts that overlap before anything moves, beyond what is accepted, with their
-    /// overlaps, m.
-    fn overlaps_at_rest(&self) -> Vec<(String, f64)> {
+    /// Obstacles and contacts that overlap in the present state beyond what is accepted, in words.
+    fn overlaps(&self) -> Vec<String> {
         let contacts = &self.solver.problem().contacts;
         let named = touched(&self.file).zip(contacts).enumerate();
         let overlaps = named.filter_map(|(number, (name, contact))| {
             let overlap = self.solver.contact(number).overlap;
-            (overlap > contact.overlap_limit()).then(|| (name.clone(), overlap))
+            (overlap > contact.overlap_limit())
+                .then(|| format!("{name:?} overlaps by {:.4} mm", 1e3 * overlap))
         });
         overlaps.collect()
     }
@@ -767,22 +763,23 @@ impl Body {
                      cavity in its place (parameter.prescribes)"
                 )
             }
-            _ if self.done == 0 && failure.fraction == 0.0 && !self.overlapping.is_empty() => {
-                let (name, overlap) = &self.overlapping[0];
-                format!(
-                    "{name:?} overlaps by {:.4} mm before anything moves, which nothing of the step \
-                     could take away: let it begin where it just touches, and let a parameter move \
-                     it from there",
-                    1e3 * overlap
-                )
-            }
             Reason::NotANumber
             | Reason::NotConverged {
                 inside_out: None, ..
-            } => String::from(
-                "take smaller parts (solver.smallest_part), or larger cells where the body is \
-                 strained most; where surfaces touch, try solver.multipliers = \"corners\"",
-            ),
+            } => {
+                // Where nothing was solved, the state is the one at rest.
+                let at_rest = self.done == 0 && failure.fraction == 0.0;
+                match self.overlaps().first().filter(|_| at_rest) {
+                    Some(overlap) => format!(
+                        "{overlap} before anything moves, which nothing of the step could take away: \
+                         let it begin where it just touches, and let a parameter move it from there"
+                    ),
+                    None => String::from(
+                        "take smaller parts (solver.smallest_part), or larger cells where the body is \
+                         strained most; where surfaces touch, try solver.multipliers = \"corners\"",
+                    ),
+                }
+            }
             Reason::Chatter { .. } => String::from(
                 "make the cells of the touching surface smaller, give it some friction, or leave a \
                  small gap at rest where faces lie flat on each other",

@@ -35,6 +35,18 @@ fn shown(high_pass: f64, offset: f64, forces: &[f64], seed: u64) -> Vec<Shown> {
     frames.collect()
 }
 
+/// Forces of touches, each of so many newtons for so many time constants, with 9 of rest after it
+/// and 12 before the first.
+fn pressed(high_pass: f64, touches: &[(f64, f64)]) -> Vec<f64> {
+    let held = |force: f64, times: f64| vec![force; (times * high_pass / PERIOD) as usize];
+    let mut forces = held(0.0, 12.0);
+    for &(force, times) in touches {
+        forces.extend(held(force, times));
+        forces.extend(held(0.0, 9.0));
+    }
+    forces
+}
+
 proptest! {
     /// At rest, pressed as often as you like with any force, and back at rest for some time
     /// constants: the offset shows, within what readings of one pause tell, and that it is rest.
@@ -46,12 +58,7 @@ proptest! {
         seed in 0..1000_u64,
     ) {
         let frames = |times: f64| (times * high_pass / PERIOD) as usize;
-        let mut forces = vec![0.0; frames(12.0)];
-        for (force, times) in &touches {
-            forces.extend(vec![*force; frames(*times)]);
-            forces.extend(vec![0.0; frames(9.0)]);
-        }
-        let shown = shown(high_pass, offset, &forces, seed);
+        let shown = shown(high_pass, offset, &pressed(high_pass, &touches), seed);
         let mut at = frames(12.0);
         for (_, times) in touches {
             at += frames(times) + frames(9.0);
@@ -116,12 +123,7 @@ fn presses_that_left_much_open_are_followed_by_rest() {
     ];
     for (high_pass, touches, seed) in [hard, (0.272_424_358, &light_after_hard[..], 245)] {
         let frames = |times: f64| (times * high_pass / PERIOD) as usize;
-        let mut forces = vec![0.0; frames(12.0)];
-        for (force, times) in touches {
-            forces.extend(vec![*force; frames(*times)]);
-            forces.extend(vec![0.0; frames(9.0)]);
-        }
-        let shown = shown(high_pass, 0.0, &forces, seed);
+        let shown = shown(high_pass, 0.0, &pressed(high_pass, touches), seed);
         let rest = &shown[shown.len() - frames(6.0)..];
         let back = |one: &&Shown| matches!(one, Shown::Same { rest: Some([force, _]), .. } if force.abs() < 10.0);
         let found = rest.iter().filter(back).count();
