@@ -1,9 +1,9 @@
 //! Check that load and signal of each row are of one moment.
 
 use crate::readings::{ReadingTable, quantity};
+use taxel::InputError;
 use taxel::predict::LoadColumn;
 use taxel::quantity::TIME;
-use taxel_recording::InputError;
 
 /// A load and the signals that it alone sets at once; the first pair that a
 /// table has is looked at. The sum of four capacitances does not see shear. Charge

@@ -1,11 +1,11 @@
 //! Questions of the calibration driver to a kind of device.
 
+use taxel::InputError;
 use taxel::figure::Figure;
 use taxel::predict::LoadColumn;
 use taxel_numerics::least_squares::{
     Fit, FitError, FitOptions, NoiseSize, Parameter, Problem, student_quantile,
 };
-use taxel_recording::InputError;
 
 use crate::hysteresis::Loops;
 use crate::loads::Loads;

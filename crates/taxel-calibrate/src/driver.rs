@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
+use taxel::InputError;
 use taxel_numerics::least_squares::{
     Direction, Estimate, FitError, Member, Parameter, Status, wide_profile_interval,
 };
-use taxel_recording::InputError;
 
 use crate::clock::{one_clock, same_moment};
 use crate::device_model::{Calibratable, DeviceModel, Findings, FittedOf, Judged, Model, Task};

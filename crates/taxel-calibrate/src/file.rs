@@ -12,11 +12,11 @@ use crate::meaning::differences;
 use crate::options::NamedSensor;
 use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
 use crate::toml_tables::table as put_tables;
+use taxel::InputError;
 use taxel::sensor::{Element, Sensor};
 use taxel::toml_input;
 use taxel::trained::{IndentationMap, TrainedMaps, TrainingError};
 use taxel_numerics::least_squares::singular_values;
-use taxel_recording::InputError;
 
 /// Version of the file's form.
 pub const CALIBRATION_SCHEMA: u32 = 2;

@@ -1,6 +1,6 @@
 //! Checks of the loads of a fit.
 
-use taxel_recording::InputError;
+use taxel::InputError;
 
 use crate::readings::ReadingTable;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::remark::Remark;
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::Dimension;
-use taxel_recording::{InputError, separator_of};
+use taxel_ground::{InputError, separator_of};
 
 /// A table of readings, with what was noticed while reading it.
 #[derive(Debug, Clone, PartialEq)]

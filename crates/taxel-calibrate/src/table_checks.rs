@@ -1,7 +1,7 @@
 //! Checks of tables that devices share.
 
+use taxel::InputError;
 use taxel_numerics::least_squares::linear;
-use taxel_recording::InputError;
 
 use crate::readings::ReadingTable;
 

@@ -128,7 +128,7 @@ pub(crate) fn with_shipped_names<'n>(
 /// # Errors
 /// A file that cannot be read, or is no text.
 pub fn text(path: &Path) -> Result<String, Stop> {
-    taxel_recording::text_of(bytes(path)?).map_err(|error| {
+    taxel_ground::text_of(bytes(path)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();
         let line = before.matches('\n').count() + 1;

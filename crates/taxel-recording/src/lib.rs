@@ -46,12 +46,10 @@
 mod check;
 pub mod export;
 mod frame;
-mod input;
 pub mod mcap;
 mod recording;
 
 pub use frame::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
-pub use input::{InputError, Place, separator_of, text_of};
 pub use recording::{
     Change, ChannelWriter, Format, Recording, RecordingError, described_stream, description_of,
 };

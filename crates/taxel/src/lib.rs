@@ -10,32 +10,25 @@ pub mod calibration;
 pub mod contacts;
 pub mod design;
 pub mod device;
-pub mod drawing;
 pub mod electronics;
 pub mod estimation;
-pub mod figure;
 pub mod information;
 pub mod layout;
 pub mod mechanics;
 pub mod predict;
 pub mod problem;
-pub mod quantity;
-pub mod schema;
 pub mod sensor;
-pub mod shown;
 pub mod signal;
 pub mod simulator;
 pub mod solutions;
 mod solved_table;
-pub mod stress_map;
 pub mod summary;
-pub mod svg;
-pub mod table;
-pub mod toml_input;
 pub mod trained;
 pub mod transduction;
 
-pub use taxel_recording::{InputError, Place};
+pub use taxel_ground::{
+    InputError, Place, drawing, figure, quantity, schema, shown, stress_map, svg, table, toml_input,
+};
 
 /// The example of the README is compiled and run with the other examples.
 #[cfg(doctest)]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
-use taxel::quantity::{self, FrameRate, PositiveTime};
+use taxel_ground::quantity::{self, FrameRate, PositiveTime};
 
 use super::field::{Field, Type};
 use super::link::{self, Link};

@@ -1,6 +1,6 @@
 //! What follows from a board file, as `taxel check` prints it.
 
-use taxel::summary::{Fact, fact, number, text};
+use taxel_ground::summary::{Fact, fact, number, text};
 
 use super::class::Class;
 use super::description::{BuiltIn, Carrier, Framing};

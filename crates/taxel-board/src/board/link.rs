@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use taxel::quantity::{self, FrameRate, NonNegativeTime, PositiveTime};
+use taxel_ground::quantity::{self, FrameRate, NonNegativeTime, PositiveTime};
 
 use crate::pattern::Sent;
 

@@ -17,8 +17,9 @@ mod template;
 mod unit;
 mod wording;
 
-use taxel::toml_input;
-use taxel_recording::{InputError, Quantity, SignalUnit, Stream};
+use taxel_ground::InputError;
+use taxel_ground::toml_input;
+use taxel_recording::{Quantity, SignalUnit, Stream};
 
 pub use class::{Class, Detection};
 pub use description::{
@@ -153,13 +154,13 @@ impl Board {
 
     /// The JSON schema of the board file; editors complete and check with it.
     pub fn json_schema() -> String {
-        taxel::schema::json_schema::<BoardFile>()
+        taxel_ground::schema::json_schema::<BoardFile>()
     }
 
     /// The reference of the board file, Markdown: every key with its meaning and values, from
     /// the same types as [`Self::json_schema`].
     pub fn reference() -> String {
-        taxel::schema::reference::<BoardFile>(REFERENCE_HEAD)
+        taxel_ground::schema::reference::<BoardFile>(REFERENCE_HEAD)
     }
 
     /// All values of a frame of the board, in the order of the wire.

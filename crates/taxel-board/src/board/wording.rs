@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use taxel_recording::InputError;
+use taxel_ground::InputError;
 
 /// The mistake under these bytes of the text in quotes at its place.
 pub(super) fn narrowed(mut error: InputError, within: Range<usize>) -> InputError {

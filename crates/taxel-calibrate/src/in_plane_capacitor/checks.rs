@@ -12,10 +12,10 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, turns};
 use crate::table_checks::{at_rest, follows, of_this_device, pressing, right_prefix};
+use taxel::InputError;
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::{CapacitanceLaw, InPlaneModel};
 use taxel_numerics::least_squares::Fit;
-use taxel_recording::InputError;
 
 /// A row belongs to the sensor whose drawn gap is as near as this share.
 const SAME_GAP: f64 = 0.2;

@@ -14,9 +14,9 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{Branch, branches, by_series, series_of};
 use crate::table_checks::{at_rest, follows, of_this_device, pressing};
+use taxel::InputError;
 use taxel::mechanics::{ClosingState, SectionClosure, Stretch};
 use taxel::signal::ResistanceSignal;
-use taxel_recording::InputError;
 
 /// Least readings of a channel.
 const LEAST: usize = 6;

@@ -24,13 +24,13 @@ use crate::options::{IndentationOptions, NamedSensor, SyntheticOptions};
 use crate::outcome::{CovarianceBlock, Outcome};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
+use taxel::InputError;
 use taxel::electronics::OutputUnit;
 use taxel::estimation::ProfileModel;
 use taxel::layout::Layout;
 use taxel::predict::LoadColumn;
 use taxel::sensor::Sensor;
 use taxel_numerics::least_squares::{Estimate, FitError, Parameter, Problem, Status, fit};
-use taxel_recording::InputError;
 
 use columns::with_elements;
 use problem::{Bench, Drive, GAIN, LEAK, NAMES, OWN, Reading, Table, UNITS, VISCOSITY};

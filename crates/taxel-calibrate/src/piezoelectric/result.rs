@@ -8,10 +8,10 @@ use crate::loads::span;
 use crate::outcome::{Constants, Derived, ResidualSummary, Scope};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
+use taxel::InputError;
 use taxel::figure::{Axis, Figure, Series, Style};
 use taxel::mechanics::Profile;
 use taxel_numerics::least_squares::student_quantile;
-use taxel_recording::InputError;
 
 impl Findings for PiezoelectricCalibrator<'_> {
     fn residuals(&self, of: &Judged<'_, Self>) -> Vec<ResidualSummary> {

@@ -13,11 +13,11 @@ use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::split::{branches, by_series, turns};
 use crate::table_checks::{follows, is_second, of_this_device, right_prefix};
+use taxel::InputError;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::signal::Position;
 use taxel::transduction::UnitModel;
 use taxel_numerics::least_squares::linear;
-use taxel_recording::InputError;
 
 /// Capacitances above those of a closed gap by this factor are none, unless their unit
 /// is wrong.

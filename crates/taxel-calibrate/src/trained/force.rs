@@ -10,10 +10,10 @@ use crate::training::{
     AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, ScaleClock, Score,
     Series, Session, WITHIN_ANOTHER, compared_forces, trained_components, usual_candidates,
 };
+use taxel::InputError;
 use taxel::electronics::times_in_another_unit;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
-use taxel_recording::InputError;
 
 /// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;

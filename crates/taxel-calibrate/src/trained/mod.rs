@@ -14,9 +14,9 @@ use crate::readings::MEANT;
 use crate::remark::Remark;
 use crate::split::HoldOut;
 use crate::toml_tables::{append, rounded};
+use taxel::InputError;
 use taxel::estimation::rest_at_start;
 use taxel::trained::{Relation, Rest, Standard, TrainedMaps, TrainingError};
-use taxel_recording::InputError;
 
 use crate::training::{Compared, REST_FRAMES, Session, trained_relation};
 

@@ -8,10 +8,10 @@ use crate::remark::Remark;
 use crate::training::{
     Compared, PositionOptions, Split, compared_places, for_the_next_run, trained_position,
 };
+use taxel::InputError;
 use taxel::estimation::TrainedArea;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
 use taxel::trained::PositionMap;
-use taxel_recording::InputError;
 
 /// A run of fewer distinct places has none to learn.
 const PLACES: usize = 9;

@@ -1,7 +1,7 @@
 //! What recordings say that cannot be meant.
 
 use super::readings::Run;
-use taxel_recording::InputError;
+use taxel::InputError;
 
 /// A force this many times the full scale is in another unit, or the full scale is.
 const FAR: f64 = 20.0;

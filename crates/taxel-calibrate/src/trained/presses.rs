@@ -4,8 +4,8 @@ use super::readings::Run;
 use crate::loads::{range, span};
 use crate::remark::Remark;
 use crate::training::{CONTACT_SHARE, PlacedRows, Session, Split};
+use taxel::InputError;
 use taxel::estimation::TrainedArea;
-use taxel_recording::InputError;
 
 /// Places this near are one, m.
 pub(super) const SAME: f64 = 1e-4;

@@ -7,10 +7,10 @@ use crate::options::{CalibrateOptions, ScaleUnit};
 use crate::readings::ReadingTable;
 use crate::remark::Remark;
 use crate::training::{STANDARD_GRAVITY, Series, Session};
+use taxel::InputError;
 use taxel::predict::{LoadColumn, LoadKind};
 use taxel::quantity::{FORCE, LENGTH, MOMENT, TIME};
 use taxel::trained::Component;
-use taxel_recording::InputError;
 
 /// Readings of a scale that determine a map: ten for each fifth of a run.
 pub(super) const LEAST_READINGS: usize = 50;

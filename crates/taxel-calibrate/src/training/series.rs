@@ -1,7 +1,7 @@
 //! Numbers at times of their own, and their values at other times.
 
-use taxel_recording::InputError;
-use taxel_recording::separator_of;
+use taxel::InputError;
+use taxel_ground::separator_of;
 
 /// Rows of numbers with rising times.
 #[derive(Debug, Clone, PartialEq)]

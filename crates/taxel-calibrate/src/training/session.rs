@@ -2,8 +2,8 @@
 
 use super::{ScaleClock, Series};
 use crate::options::ScaleUnit;
+use taxel::InputError;
 use taxel::trained::Component;
-use taxel_recording::InputError;
 
 /// Standard acceleration of gravity, m/s²: grams of a scale to newtons.
 pub const STANDARD_GRAVITY: f64 = 9.80665;

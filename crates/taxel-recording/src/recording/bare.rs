@@ -6,7 +6,7 @@ use std::io::BufRead;
 use super::lines::{Dialect, Field, Lines, quote};
 use super::{Opened, RecordingError, channels};
 use crate::frame::{Frame, Quantity, SignalUnit, Stream};
-use crate::input::InputError;
+use taxel_ground::InputError;
 
 /// Time to ns: 10⁹.
 const SECONDS: i32 = 9;

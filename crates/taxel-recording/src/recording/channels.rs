@@ -8,7 +8,7 @@ use super::lines::{Dialect, Field, Lines, quote};
 use super::remarks::Remarks;
 use super::{MOST_TAXELS, Opened, RecordingError, units};
 use crate::frame::{Frame, SignalUnit, Stream};
-use crate::input::InputError;
+use taxel_ground::InputError;
 
 /// Names of the capacitors of a three-axis taxel, in the order of a frame.
 pub(super) const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];

@@ -6,11 +6,11 @@ use std::io::BufRead;
 use super::description::described_stream;
 use super::{MOST_TAXELS, RecordingError};
 use crate::frame::{Frame, Stream};
-use crate::input::InputError;
 use crate::mcap::{
     Findings, FrameMessage, LinkMessage, MAGIC, McapReader, Message, RECONNECTED, RestMessage,
     Topic,
 };
+use taxel_ground::InputError;
 
 /// What to do with a file that is not whole.
 const REPAIR: &str = "taxel recording repair FILE -o NEW makes a recording of what is whole";

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead};
 
-use crate::input::Utf16;
+use taxel_ground::Utf16;
 
 /// The bytes of a file in UTF-8: its own, unless it begins with the mark of
 /// UTF-16.

@@ -9,7 +9,7 @@ use std::io::{BufRead, ErrorKind};
 
 use super::RecordingError;
 use super::encoding::Decoded;
-use crate::input::InputError;
+use taxel_ground::InputError;
 
 /// Longest line read, bytes: 16 for each channel of the largest recording.
 const LONGEST_LINE: usize = 16 << 20;

@@ -22,11 +22,11 @@ use std::fmt;
 use std::io::{BufRead, ErrorKind};
 
 use crate::frame::{Frame, Stream};
-use crate::input::InputError;
 use crate::mcap::Findings;
 use chunks::Chunks;
 use lines::{Dialect, Lines, quote};
 use remarks::Remarks;
+use taxel_ground::InputError;
 
 pub use chunks::Change;
 pub use description::{described_stream, description_of};

@@ -5,7 +5,7 @@ use std::io::BufRead;
 use super::lines::{Lines, number, quote};
 use super::units;
 use crate::frame::{Quantity, SignalUnit, Stream};
-use crate::input::InputError;
+use taxel_ground::InputError;
 
 /// What stood in comments such as `# pitch = 1.27 mm`.
 #[derive(Debug, Clone, Default)]

@@ -477,7 +477,7 @@ fn either_mark(text: &str) -> Option<f64> {
 mod tests {
     use super::super::Recording;
     use super::*;
-    use crate::input::InputError;
+    use taxel_ground::InputError;
 
     const SMALL: &str = "DATA_TYPE MOVIE\nROWS 2\nCOLS 3\nROW_SPACING 0.5 inches\nCOL_SPACING 5.08 mm\n\
         NOISE_THRESHOLD 3\nSECONDS_PER_FRAME 0.032\nCOMMENTS:\nROWS of toes\n12,5 left\nSTART_FRAME 4\nEND_FRAME 6\nUNITS PSI\n\

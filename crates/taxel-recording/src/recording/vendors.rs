@@ -1,6 +1,6 @@
 //! Exports of other vendors: not read, but known by name.
 
-use crate::input::InputError;
+use taxel_ground::InputError;
 
 /// Beginning of an OLE file, such as a spreadsheet of old, as text.
 const OLE: &str = "\u{fffd}\u{fffd}\u{11}\u{871}";

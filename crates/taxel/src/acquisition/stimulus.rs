@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::slider::Slider;
+use crate::InputError;
 use crate::layout::Layout;
 use crate::quantity::{
     self, AnyForce, AnyLength, Checked, NonNegativeCapacitance, NonNegativeTime, PositiveLength,
@@ -14,7 +15,6 @@ use crate::quantity::{
 use crate::schema;
 use crate::sensor::CapacitorName;
 use crate::toml_input;
-use taxel_recording::InputError;
 
 /// Shipped stimulus scripts: name and text.
 const SHIPPED: &[(&str, &str)] = &[

@@ -6,9 +6,9 @@ mod microchannel_sections;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::InputError;
 use crate::quantity::{self, Checked, PositiveLength, PositiveStress};
 use crate::toml_input;
-use taxel_recording::InputError;
 
 pub use heat_map::{HeatMap, MapCell};
 pub use microchannel_sections::{

@@ -1,6 +1,6 @@
 //! From a sensor file to the device that it describes.
 
-use taxel_recording::InputError;
+use crate::InputError;
 
 use super::{
     Device, InPlaneArray, MeasuredForceArray, MicrochannelArray, PiezoelectricArray,

@@ -4,8 +4,8 @@
 use rayon::prelude::*;
 
 use super::{Load, LoadColumn, LoadKind, LoadValue, Source};
+use crate::InputError;
 use crate::quantity::HELP;
-use taxel_recording::InputError;
 
 /// Loads that are read without leaving the thread: fewer than it takes longer to ask others.
 const FEW: usize = 4096;

@@ -14,9 +14,9 @@ use taxel_fem::solver::stress::{StressPoint, nodal_stress, stress_points, von_mi
 use super::build::{self, component, letter, turns};
 use super::description::{self, Compressibility, Geometry, Prescribed, ProblemFile};
 use super::fields;
+use crate::InputError;
 use crate::quantity::{self, Dimension};
 use crate::table::{Cell, Column};
-use taxel_recording::InputError;
 
 /// First way over the size of a body that an obstacle is moved to press.
 const SEAT: f64 = 1e-5;

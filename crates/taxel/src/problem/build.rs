@@ -17,9 +17,9 @@ use super::description::{
     self, Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial,
     Shape,
 };
+use crate::InputError;
 use crate::quantity::{self, AnyQuantity, Dimension};
 use crate::toml_input;
-use taxel_recording::InputError;
 
 /// Contact stiffness of an obstacle over shear modulus and mean side of a cell, without friction and with
 /// it: the multipliers make the result independent of it. Rough points find another equilibrium less often

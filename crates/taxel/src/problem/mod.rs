@@ -21,8 +21,8 @@ pub use description::{
 };
 pub use saved::SavedError;
 
+use crate::InputError;
 use crate::{schema, toml_input};
-use taxel_recording::InputError;
 
 /// Shipped problems: name, text and mesh.
 const SHIPPED: &[(&str, &str, &[u8])] = &[

@@ -1,12 +1,12 @@
 //! Rules between the fields of a sensor file.
 
 use super::{Element, Sensor};
+use crate::InputError;
 use crate::electronics::Readout;
 use crate::layout::{MOST_LINES, Mount};
 use crate::solutions::{OfDrawing, Unsolved};
 use crate::toml_input;
 use crate::transduction::WrongTable;
-use taxel_recording::InputError;
 
 /// A broken rule, shown at one key.
 #[derive(Debug, Clone, PartialEq, Eq)]

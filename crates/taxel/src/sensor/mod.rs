@@ -12,13 +12,13 @@ mod trained_body;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::InputError;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
 use crate::toml_input;
-use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};

@@ -46,6 +46,7 @@ mod p4_reference;
 mod path_table;
 mod problem;
 mod properties;
+mod shipped_pages;
 mod solved_drawings;
 mod twin;
 mod zero;

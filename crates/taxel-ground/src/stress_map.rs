@@ -62,7 +62,7 @@ impl StressMap {
     /// The picture as an SVG document.
     ///
     /// ```
-    /// use taxel::stress_map::StressMap;
+    /// use taxel_ground::stress_map::StressMap;
     /// let map = StressMap {
     ///     title: "two cells".into(),
     ///     low: [0.0, 0.0],

@@ -14,10 +14,10 @@ use serde::de::{self, Deserialize, Deserializer, SeqAccess, Visitor};
 
 /// Key under which a schema says what a value is; a field's own description
 /// stands in the place of `description`.
-pub(crate) const VALUE: &str = "x-value";
+pub const VALUE: &str = "x-value";
 
 /// Marks the start of the advice inside an error text; serde carries only text.
-pub(crate) const HELP: &str = "\u{1}help:";
+pub const HELP: &str = "\u{1}help:";
 
 /// A physical dimension and the units that files may use for it.
 #[derive(Debug)]
@@ -165,7 +165,10 @@ impl Dimension {
     }
 
     /// As [`Self::read`], of either sign and no more than the largest size.
-    pub(crate) fn read_sized(&self, text: &str) -> Result<f64, String> {
+    ///
+    /// # Errors
+    /// As [`Self::read`]; a size above the largest.
+    pub fn read_sized(&self, text: &str) -> Result<f64, String> {
         let value = self.read(text)?;
         let [_, largest] = self.sizes;
         if value.abs() <= largest {
@@ -178,7 +181,10 @@ impl Dimension {
     }
 
     /// As [`Self::parse`]; what to do stands in the message behind [`HELP`].
-    pub(crate) fn read(&self, text: &str) -> Result<f64, String> {
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn read(&self, text: &str) -> Result<f64, String> {
         let trimmed = text.trim();
         let split = number_length(trimmed);
         let (number, symbol) = (&trimmed[..split], trimmed[split..].trim());

@@ -104,7 +104,7 @@ impl Column {
     }
 
     /// SI to the unit for people.
-    pub(crate) fn shown(&self, value: f64) -> f64 {
+    pub fn shown(&self, value: f64) -> f64 {
         Shown::new(self.scale).of(value)
     }
 }

@@ -9,8 +9,7 @@ use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
 use crate::quantity::HELP;
-use crate::schema;
-use taxel_recording::InputError;
+use crate::{InputError, schema};
 
 /// Largest description that is read, bytes: a guard against a wrong file.
 pub const LARGEST: usize = 1 << 20;
@@ -101,7 +100,7 @@ pub fn has(text: &str, path: &[&str]) -> bool {
 
 /// Error at the first key of a description that has another name now; `renamed` has the
 /// old paths and the new names, `since` ends the sentence.
-pub(crate) fn renamed_key(
+pub fn renamed_key(
     file: &str,
     text: &str,
     renamed: &[(&[&str], &str)],

@@ -348,35 +348,3 @@ fn anchor(path: &str) -> String {
 fn without_article(name: &str) -> &str {
     name.trim_start_matches("a ").trim_start_matches("an ")
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::sensor::Sensor;
-
-    #[test]
-    fn every_link_has_its_section() {
-        let page = Sensor::reference();
-        let anchors: Vec<_> = page
-            .lines()
-            .filter(|line| line.starts_with('#'))
-            .map(|line| line.trim_start_matches(['#', ' ']).replace(['`', '.'], ""))
-            .collect();
-        let links = page.split("](#").skip(1);
-        for target in links.filter_map(|rest| rest.split(')').next()) {
-            assert!(anchors.iter().any(|anchor| anchor == target), "{target}");
-        }
-    }
-
-    #[test]
-    fn quantities_have_their_range() {
-        let page = Sensor::reference();
-        for row in [
-            "| `mount.cylinder.radius` | Radius of the surface that the taxels lie on, m. | a length, greater than 0 m and at most 10 m | yes |",
-            "| `rows` | Rows of taxels, 1 to 256; row 0 is at +y. | a whole number, 1 to 256 | yes |",
-            "\n### `element.microchannel`\n",
-            "\n## `mask`\n",
-        ] {
-            assert!(page.contains(row), "{row}");
-        }
-    }
-}

@@ -41,8 +41,10 @@ const QUOTED_CHARACTERS: usize = 110;
 
 /// Order of the bytes of a text in UTF-16, as spreadsheets save it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Utf16 {
+pub enum Utf16 {
+    /// Low byte first.
     Little,
+    /// High byte first.
     Big,
 }
 
@@ -73,11 +75,11 @@ pub fn separator_of(text: &str) -> u8 {
 }
 
 impl Utf16 {
-    /// Bytes of the mark.
-    pub(crate) const MARK: usize = 2;
+    /// Number of the bytes of the mark.
+    pub const MARK: usize = 2;
 
     /// Byte order by the mark at the start of a file.
-    pub(crate) fn of_mark(bytes: &[u8]) -> Option<Self> {
+    pub fn of_mark(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0xff, 0xfe, ..] => Some(Self::Little),
             [0xfe, 0xff, ..] => Some(Self::Big),
@@ -86,14 +88,14 @@ impl Utf16 {
     }
 
     /// Number of the bytes that are whole characters.
-    pub(crate) fn whole(self, bytes: &[u8]) -> usize {
+    pub fn whole(self, bytes: &[u8]) -> usize {
         let last = bytes.chunks_exact(2).next_back();
         let begun = last.is_some_and(|pair| (0xd800..0xdc00).contains(&self.unit(pair)));
         (bytes.len() & !1) - if begun { 2 } else { 0 }
     }
 
     /// Text of the bytes; a sign for what cannot be decoded.
-    pub(crate) fn decode(self, bytes: &[u8]) -> String {
+    pub fn decode(self, bytes: &[u8]) -> String {
         let units = bytes.chunks_exact(2).map(|pair| self.unit(pair));
         char::decode_utf16(units)
             .map(|found| found.unwrap_or(char::REPLACEMENT_CHARACTER))

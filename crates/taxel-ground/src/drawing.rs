@@ -153,7 +153,7 @@ impl Dimension {
 }
 
 /// A length for people: in mm from 1 mm on, below in um.
-pub(crate) fn length_text(length: f64) -> String {
+pub fn length_text(length: f64) -> String {
     let rounded = |value: f64| (value * 1e3).round() / 1e3;
     if length >= 0.99995e-3 {
         format!("{} mm", rounded(length * 1e3))
@@ -200,9 +200,9 @@ const MARGIN: f64 = 165.0;
 /// From the arrow of an upright dimension to its text, and from a text to the edge of the page, px.
 const TEXT_GAP: f64 = 7.0;
 const EDGE: f64 = 4.0;
-/// Size of the texts of dimensions, px, and the largest mean width of a character in its size: the font is
-/// that of the viewer.
-const TEXT_SIZE: f64 = 12.0;
+/// Size of the texts of dimensions, px.
+pub const TEXT_SIZE: f64 = 12.0;
+/// Largest mean width of a character in its size: the font is that of the viewer.
 const CHARACTER: f64 = 0.62;
 const HIGHEST: f64 = 440.0;
 const TITLE: f64 = 34.0;
@@ -327,7 +327,7 @@ fn level(from: [f64; 2], to: [f64; 2]) -> bool {
 }
 
 /// Largest width of a text in a font of this size, px.
-fn text_width(text: &str, size: f64) -> f64 {
+pub fn text_width(text: &str, size: f64) -> f64 {
     CHARACTER * size * text.chars().count() as f64
 }
 
@@ -367,70 +367,5 @@ impl Dimension {
             (false, true) => ([middle[0] - TEXT_GAP, middle[1] + 4.0], Anchor::End),
         };
         svg.text("halo", at, anchor, &self.text);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sensor::Sensor;
-
-    /// Values of an attribute of an element.
-    fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
-        let from = element.find(&format!("{name}=\""))? + name.len() + 2;
-        element[from..].split('"').next()
-    }
-
-    /// Left, right and baseline of each text of a drawing, px, with the text itself.
-    fn texts(svg: &str) -> Vec<([f64; 3], String)> {
-        let elements = svg.split("<text ").skip(1);
-        let extent = |element: &str| {
-            let number = |name| attribute(element, name).unwrap().parse::<f64>().unwrap();
-            let (_, rest) = element.split_once('>').unwrap();
-            let text = rest.split("</text>").next().unwrap().to_owned();
-            let size = match attribute(element, "class").unwrap() {
-                "title" => 16.0,
-                "view" => 13.0,
-                _ => TEXT_SIZE,
-            };
-            let width = text_width(&text, size);
-            let left = match attribute(element, "text-anchor").unwrap() {
-                "start" => number("x"),
-                "middle" => number("x") - 0.5 * width,
-                _ => number("x") - width,
-            };
-            ([left, left + width, number("y")], text)
-        };
-        elements.map(extent).collect()
-    }
-
-    #[test]
-    fn every_text_of_every_shipped_sensor_lies_in_its_drawing() {
-        for name in Sensor::shipped_names() {
-            let svg = Sensor::shipped(name)
-                .unwrap()
-                .device()
-                .unwrap()
-                .drawing()
-                .svg();
-            let size = attribute(&svg, "viewBox").unwrap();
-            let size: Vec<f64> = size.split(' ').map(|side| side.parse().unwrap()).collect();
-            let [0.0, 0.0, width, height] = size[..] else {
-                panic!("{name}: viewBox {size:?}");
-            };
-            let texts = texts(&svg);
-            assert!(texts.len() > 5, "{name}: {texts:?}");
-            for ([left, right, baseline], text) in texts {
-                assert!(
-                    left >= 0.0 && right <= width,
-                    "{name}: {text:?} from {left} to {right} px of {width}"
-                );
-                // A font reaches about its size above its baseline, and a quarter below.
-                assert!(
-                    baseline >= 12.0 && baseline + 4.0 <= height,
-                    "{name}: {text:?} at {baseline} of {height} px"
-                );
-            }
-        }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 /// cells of files must neither steer a terminal nor break a line.
 ///
 /// ```
-/// assert_eq!(taxel::shown::text("a\nb"), "a\\nb");
+/// assert_eq!(taxel_ground::shown::text("a\nb"), "a\\nb");
 /// ```
 pub fn text(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
