@@ -10,11 +10,6 @@ use taxel_serve::TouchTable;
 
 use crate::outputs::Existing;
 
-/// Version with the commit, as written into every file.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Commit of this build.
-pub const COMMIT: &str = env!("TAXEL_COMMIT");
-
 /// From the drawing of a soft tactile sensor to live touch.
 ///
 /// SENSOR is a sensor file (TOML), or the name of a shipped one, such as

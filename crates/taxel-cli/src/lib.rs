@@ -1,38 +1,26 @@
-//! The command `taxel`, and what the Python package shares with it: files by their names, the
-//! folder of solutions, sensors with a calibration.
+//! The command `taxel`.
 
 // Printing is what a command line is for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
-/// Writes a line to the standard error, which may be closed; what files bring in is made
-/// visible.
-macro_rules! note {
-    ($($part:tt)*) => {
-        $crate::tell(&format!($($part)*))
-    };
-}
+/// `note!`, as in the crates that open files.
+#[macro_use]
+extern crate taxel_files;
 
 mod arguments;
 mod boards;
 mod commands;
-mod files;
-mod hash;
 mod hello;
 mod interrupt;
 mod outputs;
-mod progress;
 mod run_files;
-mod solutions;
 
 use std::ffi::OsString;
-use std::io::Write as _;
-use std::sync::OnceLock;
 
-use anstyle::{AnsiColor, Style};
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use taxel::shown;
+pub(crate) use taxel_files::{self as files, Stop};
 
 /// End of a command; the exit codes are part of the contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,40 +29,6 @@ pub(crate) enum Done {
     Complete,
     /// 3: done, but data was lost or clipped.
     WithLosses,
-}
-
-/// What the Python package shares with the command.
-pub mod shared {
-    pub use crate::arguments::{COMMIT, VERSION};
-    pub use crate::commands::calibrate::{applied_text, propagated_text, today};
-    pub use crate::commands::study::{
-        StudyText, sensor_text as study_sensor_text, slow, text as study_text,
-    };
-    pub use crate::files::{NamedSensor, recordings, sensor_of_text, sensor_text, sha256, text};
-    pub use crate::outputs::replace as write;
-    pub use crate::solutions::Folder;
-}
-
-/// Why a command did nothing or stopped.
-#[derive(Debug)]
-pub enum Stop {
-    /// 2: the input is wrong; nothing was written.
-    WrongInput(String),
-    /// 1: it failed.
-    Failed(String),
-}
-
-impl std::fmt::Display for Stop {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (Self::WrongInput(message) | Self::Failed(message)) = self;
-        formatter.write_str(message)
-    }
-}
-
-impl From<taxel::InputError> for Stop {
-    fn from(error: taxel::InputError) -> Self {
-        Self::WrongInput(error.to_string())
-    }
 }
 
 /// Runs the command with its arguments, the name of the program first; the exit code.
@@ -122,50 +76,4 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 fn report(message: &str, code: u8) -> u8 {
     note!("error: {message}");
     code
-}
-
-/// Who hears notes in the place of the standard error; true if it was heard.
-static LISTENER: OnceLock<fn(&str) -> bool> = OnceLock::new();
-
-/// From now on `listener` hears the notes; where it answers false they go to the standard error.
-/// The first listener stays.
-pub fn listen_to_notes(listener: fn(&str) -> bool) {
-    // A second module of the same process has the same listener.
-    let _ = LISTENER.set(listener);
-}
-
-/// Gives `message` to who listens, or writes it to the standard error, with the words that begin
-/// its lines in colour where a terminal shows it and NO_COLOR is not set.
-fn tell(message: &str) {
-    if LISTENER.get().is_some_and(|listener| listener(message)) {
-        return;
-    }
-    // Nobody may be there to read it.
-    let _ = writeln!(anstream::stderr(), "{}", painted(&visible(message)));
-}
-
-/// Words that begin lines, with their colours: those that clap gives its own messages.
-const PAINTED: [(&str, Style); 3] = [
-    ("error:", AnsiColor::Red.on_default().bold()),
-    ("help:", AnsiColor::Green.on_default()),
-    ("note:", AnsiColor::Cyan.on_default()),
-];
-
-/// `message` with the word that begins each line in its colour.
-fn painted(message: &str) -> String {
-    let line = |line: &str| {
-        let word = PAINTED.iter().find(|(word, _)| line.starts_with(word));
-        match word {
-            Some((word, style)) => format!("{style}{word}{style:#}{}", &line[word.len()..]),
-            None => line.to_owned(),
-        }
-    };
-    message.split('\n').map(line).collect::<Vec<_>>().join("\n")
-}
-
-/// A message of several lines as a terminal may show it: what it quotes of files and names must
-/// not steer it.
-pub(crate) fn visible(text: &str) -> String {
-    let lines: Vec<_> = text.split('\n').map(shown::text).collect();
-    lines.join("\n")
 }

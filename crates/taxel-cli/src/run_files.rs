@@ -2,12 +2,13 @@
 
 use serde_json::{Value, json};
 use taxel::estimation::{Meaning, State};
+use taxel_files::{COMMIT, VERSION};
 use taxel_recording::described_stream;
 use taxel_recording::export::ExportMeaning;
 use taxel_recording::mcap::{Attachment, Findings, Metadata};
 use taxel_serve::{RecordFile, RecordTo, WhenRecordingFails};
 
-use crate::arguments::{COMMIT, Live, VERSION};
+use crate::arguments::Live;
 use crate::files;
 
 /// A file by its name.

@@ -9,7 +9,7 @@ use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, HoldOut, Provenance, ReadingTable, ScaleUnit,
     SyntheticOptions, TrainingFile, calibrator, train,
 };
-use taxel_cli::shared::{self, COMMIT, NamedSensor, VERSION};
+use taxel_files::{self as files, COMMIT, NamedSensor, VERSION};
 
 use crate::fault::Fault;
 use crate::pool;
@@ -145,7 +145,7 @@ pub(crate) fn calibrate(
     };
     pool::run(py, move |_| {
         let sensors = described(&named);
-        let (version, date) = (format!("{VERSION} {COMMIT}"), shared::today());
+        let (version, date) = (format!("{VERSION} {COMMIT}"), files::today());
         let given = texts.iter().flatten().map(|(name, _)| name.clone());
         let names = data.iter().map(|path| shown::path(path)).chain(given);
         let names = names.collect::<Vec<_>>().join(", ");
@@ -158,14 +158,14 @@ pub(crate) fn calibrate(
                     let file = |(name, text)| TrainingFile { name, text };
                     vec![texts.into_iter().map(file).collect()]
                 }
-                None => shared::recordings(&data)?,
+                None => files::recordings(&data)?,
             };
             let texts: Vec<&str> = groups
                 .iter()
                 .flatten()
                 .map(|file| file.text.as_str())
                 .collect();
-            let hash = shared::sha256(texts.concat().as_bytes());
+            let hash = files::sha256(texts.concat().as_bytes());
             let maps = train(one, &groups, &options)?;
             let (data, data_hash) = about(&hash);
             let about = Provenance {
@@ -185,7 +185,7 @@ pub(crate) fn calibrate(
         let calibrator = calibrator(&sensors).map_err(|error| Fault::Wrong(error.to_string()))?;
         let (mut tables, mut texts) = (Vec::new(), String::new());
         for path in &data {
-            let text = shared::text(path)?;
+            let text = files::text(path)?;
             let table = ReadingTable::parse(
                 &shown::path(path),
                 &text,
@@ -196,7 +196,7 @@ pub(crate) fn calibrate(
             texts.push_str(&text);
         }
         let outcome = calibrator.calibrate_all(&tables, &options)?;
-        let (data, data_hash) = about(&shared::sha256(texts.as_bytes()));
+        let (data, data_hash) = about(&files::sha256(texts.as_bytes()));
         let about = Provenance {
             version: &version,
             date: &date,

@@ -6,8 +6,8 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyString, PyType};
 use taxel::InputError;
 use taxel::estimation::FrameError;
-use taxel_cli::Stop;
 use taxel_fem::solver::failure::Failure;
+use taxel_files::Stop;
 use taxel_study::store::StoreError;
 
 /// Why work did not end well.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin as Simulation};
 use taxel::estimation::{Contact, Continuity, FrameError, TouchEvent, TouchSession};
-use taxel_cli::shared;
+use taxel_files as files;
 use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _};
 
 use crate::fault::{Fault, value_error};
@@ -80,7 +80,7 @@ impl Twin {
             let text = match (text, Stimulus::shipped_text(&name)) {
                 (Some(text), _) => text,
                 (None, Some(text)) if !Path::new(&name).exists() => text.to_owned(),
-                _ => shared::text(Path::new(&name))?,
+                _ => files::text(Path::new(&name))?,
             };
             let stimulus = Stimulus::parse(&name, &text)?;
             let simulation = Simulation::new(&named.sensor, &stimulus, seed)

@@ -21,13 +21,9 @@ mod study;
 mod table;
 
 use std::ffi::CString;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
-
-/// True while the command runs: its notes go to the standard error.
-static COMMAND: AtomicBool = AtomicBool::new(false);
 
 /// The part of the package `taxel` that is written in Rust.
 #[pymodule]
@@ -43,34 +39,31 @@ mod _taxel {
     #[pymodule_export]
     use super::pool::threads;
     #[pymodule_export]
+    use super::reproduce;
+    #[pymodule_export]
     use super::sensor::{Sensor, read_text, sensor_text, shipped, write_text};
     #[pymodule_export]
     use super::study::{Study, study_text};
     #[pymodule_export]
     use super::table::Table;
-    #[pymodule_export]
-    use super::{command, reproduce};
 
     use super::{Bound, PyModule, PyModuleMethods, PyResult, warn};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.add("VERSION", taxel_cli::shared::VERSION)?;
-        module.add("COMMIT", taxel_cli::shared::COMMIT)?;
+        module.add("VERSION", taxel_files::VERSION)?;
+        module.add("COMMIT", taxel_files::COMMIT)?;
         let names: Vec<_> = taxel::estimation::State::ALL
             .map(taxel::estimation::State::name)
             .into();
         module.add("STATES", names)?;
-        taxel_cli::listen_to_notes(warn);
+        taxel_files::notes::listen(warn);
         Ok(())
     }
 }
 
-/// Makes a Python warning of a note; false where the command is to print it.
+/// Makes a Python warning of a note; false where it cannot be one.
 fn warn(note: &str) -> bool {
-    if COMMAND.load(Ordering::Relaxed) {
-        return false;
-    }
     let text = note.strip_prefix("note: ").unwrap_or(note);
     let Ok(text) = CString::new(text) else {
         return false;
@@ -83,13 +76,6 @@ fn warn(note: &str) -> bool {
         }
     });
     true
-}
-
-/// Runs the command `taxel` with its arguments, the name of the program first; the exit code.
-#[pyfunction]
-fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
-    COMMAND.store(true, Ordering::Relaxed);
-    py.detach(|| taxel_cli::run(arguments))
 }
 
 /// The ledgers of the papers of these names as JSON.
@@ -112,8 +98,8 @@ fn reproduce(py: Python<'_>, papers: Vec<String>) -> PyResult<String> {
             .map(Paper::ledger)
             .collect();
         let about = [
-            ("version", taxel_cli::shared::VERSION),
-            ("commit", taxel_cli::shared::COMMIT),
+            ("version", taxel_files::VERSION),
+            ("commit", taxel_files::COMMIT),
         ];
         Ok(taxel_papers::json(&ledgers, &about).to_string())
     })

@@ -9,11 +9,10 @@ use rayon::prelude::*;
 use taxel::information::{InformationOptions, RadiusKnowledge};
 use taxel::mechanics::Mechanics;
 use taxel::predict::{LoadColumn, LoadKind, LoadRefused, Loads, Predictor};
-use taxel::sensor::NoModel;
 use taxel::summary::{Value, summary};
 use taxel::table::{Cell, Column};
 use taxel::{InputError, quantity, shown};
-use taxel_cli::shared::{self, NamedSensor};
+use taxel_files::{self as files, NamedSensor};
 
 use crate::fault::{Fault, value_error};
 use crate::loads::{LOAD, loads};
@@ -30,19 +29,19 @@ const BLOCK: usize = 24;
 /// Name and text of a sensor file, or of a shipped one.
 #[pyfunction]
 pub(crate) fn sensor_text(path: PathBuf) -> PyResult<(String, String)> {
-    Ok(shared::sensor_text(&path).map_err(Fault::from)?)
+    Ok(files::sensor_text(&path).map_err(Fault::from)?)
 }
 
 /// Text of a file.
 #[pyfunction]
 pub(crate) fn read_text(path: PathBuf) -> PyResult<String> {
-    Ok(shared::text(&path).map_err(Fault::from)?)
+    Ok(files::text(&path).map_err(Fault::from)?)
 }
 
 /// Writes a file: all of it or nothing.
 #[pyfunction]
 pub(crate) fn write_text(path: PathBuf, text: &str) -> PyResult<()> {
-    Ok(shared::write(&path, text).map_err(Fault::from)?)
+    Ok(files::outputs::replace(&path, text).map_err(Fault::from)?)
 }
 
 /// Names of what is shipped, by kind.
@@ -81,7 +80,7 @@ impl Sensor {
     ) -> Result<NamedSensor, Fault> {
         let named = NamedSensor::clone(&self.named);
         Ok(match calibration {
-            Some((name, text)) => shared::applied_text(named, name, text)?,
+            Some((name, text)) => files::applied_text(named, name, text)?,
             None => named,
         })
     }
@@ -91,34 +90,14 @@ impl Sensor {
         mechanics: Option<Mechanics>,
         calibration: Option<&(String, String)>,
     ) -> Result<Box<dyn Predictor>, Fault> {
-        let of = |sensor: &taxel::sensor::Sensor| by(mechanics.as_ref(), sensor);
+        let of = |sensor: &taxel::sensor::Sensor| -> Result<_, Fault> {
+            Ok(files::predictor(sensor, mechanics.as_ref())?)
+        };
         let Some((name, text)) = calibration else {
             return of(&self.named.sensor);
         };
         let calibrated = self.calibrated(calibration)?;
-        shared::propagated_text(of(&calibrated.sensor)?, &self.named, name, text, of)
-    }
-}
-
-fn by(
-    mechanics: Option<&Mechanics>,
-    sensor: &taxel::sensor::Sensor,
-) -> Result<Box<dyn Predictor>, Fault> {
-    let device = sensor
-        .device()
-        .map_err(|error| Fault::Wrong(error.to_string()))?;
-    if let (Some(Mechanics::ClosedForm), Mechanics::Table(_)) = (mechanics, &sensor.mechanics) {
-        let closed = sensor.by_closed_forms(&mut shared::Folder::of_user());
-        return by(mechanics, &closed.map_err(Fault::Wrong)?);
-    }
-    match mechanics.unwrap_or(&sensor.mechanics) {
-        Mechanics::ClosedForm | Mechanics::Table(_) => device.predictor().ok_or_else(|| {
-            let element = sensor.element.key();
-            Fault::Wrong(NoModel { element }.to_string())
-        }),
-        Mechanics::Fem => device
-            .field_predictor()
-            .map_err(|reason| Fault::Wrong(reason.to_string())),
+        files::propagated_text(of(&calibrated.sensor)?, &self.named, name, text, of)
     }
 }
 
@@ -135,7 +114,7 @@ impl Given<'_, '_> {
             Self::Values(values) => loads(values, columns),
             Self::Words(spec) => Ok(Loads::one(spec, columns)?),
             Self::File(path) => {
-                let text = shared::text(path)?;
+                let text = files::text(path)?;
                 Ok(Loads::parse(&shown::path(path), &text, columns)?)
             }
         }
@@ -258,7 +237,7 @@ impl Sensor {
     #[new]
     fn new(py: Python<'_>, name: String, text: String) -> PyResult<Self> {
         pool::run(py, move |_| {
-            Ok(Self::of(shared::sensor_of_text(&name, text)?))
+            Ok(Self::of(files::sensor_of_text(&name, text)?))
         })
     }
 
@@ -336,7 +315,7 @@ impl Sensor {
     fn load_columns(
         &self,
     ) -> PyResult<Vec<(&'static str, &'static str, &'static str, &'static str)>> {
-        let predictor = by(None, &self.named.sensor)?;
+        let predictor = files::predictor(&self.named.sensor, None).map_err(Fault::from)?;
         let unit = |column: &LoadColumn| match column.kind {
             LoadKind::Quantity(dimension, _) => dimension.si,
             LoadKind::Number(_) | LoadKind::Word(_) => "",
@@ -374,7 +353,7 @@ impl Sensor {
             let predictor = if let Some(predictor) = self.predictor.get() {
                 predictor
             } else {
-                let made = by(None, &self.named.sensor)?;
+                let made = files::predictor(&self.named.sensor, None).map_err(Fault::from)?;
                 self.predictor.get_or_init(|| made)
             };
             let loads = given.read(predictor.load_columns())?;
@@ -400,7 +379,7 @@ impl Sensor {
     /// Seconds that the library alone takes for the answers of [`Self::predict`]: when each is
     /// thrown away, and when their numbers are kept in columns.
     fn library_seconds(&self, py: Python<'_>, values: Bound<'_, PyDict>) -> PyResult<[f64; 2]> {
-        let predictor = by(None, &self.named.sensor)?;
+        let predictor = files::predictor(&self.named.sensor, None).map_err(Fault::from)?;
         let loads = loads(&values, predictor.load_columns())?;
         let seconds = |keep: bool| -> PyResult<f64> {
             let start = std::time::Instant::now();

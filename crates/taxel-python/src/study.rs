@@ -8,11 +8,11 @@ use numpy::{AllowTypeChange, PyArrayLike2};
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict};
 use taxel::InputError;
-use taxel_cli::shared::{self, Folder};
+use taxel_files::{self as files, Folder};
 use taxel_study::answers::Outcome;
 use taxel_study::optimise::{self, Candidate};
 use taxel_study::run::Runner;
-use taxel_study::store::{Kept, MOST_IN_BLOCK, Store, StoreError, key_of};
+use taxel_study::store::{Kept, Store, StoreError, key_of};
 use taxel_study::study::{Row, SensorText, Status, Study as Posed, header};
 use taxel_study::sweep;
 use taxel_study::tolerance::{self, NoTolerance};
@@ -24,7 +24,7 @@ use crate::table::Table;
 /// Name and text of a study file, or of a shipped one.
 #[pyfunction]
 pub(crate) fn study_text(path: PathBuf) -> PyResult<(String, String)> {
-    let found = shared::study_text(&path).map_err(Fault::from)?;
+    let found = files::study::text(&path).map_err(Fault::from)?;
     Ok((found.name, found.text))
 }
 
@@ -121,11 +121,7 @@ impl Study {
         let Some(folder) = folder else {
             return Ok(None);
         };
-        let block = if shared::slow(&self.posed, &self.text) {
-            1
-        } else {
-            designs.div_ceil(64).clamp(1, MOST_IN_BLOCK)
-        };
+        let block = files::study::block(&self.posed, &self.text, designs);
         let store = Store::open(folder, block, &self.text)?;
         if store.damaged > 0 {
             let folder = taxel::shown::path(folder);
@@ -230,7 +226,7 @@ impl Study {
             let (name, sensor) = if let Some(sensor) = sensor {
                 sensor
             } else {
-                let text = shared::study_sensor_text(&file, Path::new(&head.sensor))?;
+                let text = files::study::sensor_text(&file, Path::new(&head.sensor))?;
                 (head.sensor, text)
             };
             let solutions =
@@ -390,7 +386,7 @@ impl Study {
         submit: Option<Py<PyAny>>,
     ) -> PyResult<(Table, usize)> {
         let list = if self.posed.sweep.is_list() {
-            Some(shared::text(Path::new(&self.posed.sweep.plan)).map_err(Fault::from)?)
+            Some(files::text(Path::new(&self.posed.sweep.plan)).map_err(Fault::from)?)
         } else {
             None
         };

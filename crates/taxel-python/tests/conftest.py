@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def command(*arguments: str, code: int = 0, folder: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """The command of the same wheel, so that both are of one build."""
+    """The program of the PATH: `.ci/python` builds the one of this checkout."""
     done = subprocess.run(
         [sys.executable, "-m", "taxel", *arguments], capture_output=True, text=True, cwd=folder, check=False
     )

@@ -340,10 +340,12 @@ def test_the_live_client_gives_blocks() -> None:
         taxel.connect("http://localhost")
 
 
-def test_the_command_comes_with_the_package() -> None:
+def test_the_module_runs_the_program_of_the_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert "taxel" in command("--version").stdout
     assert "no such" in command("check", "no such", code=2).stderr
     assert taxel.__version__ in command("--version").stdout
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "cargo install --path crates/taxel-cli" in command("--version", code=1).stderr
 
 
 def test_the_examples_of_the_docstrings_run() -> None:

@@ -1,19 +1,15 @@
 //! `taxel calibrate`: calibration data to the constants of one device.
 
-use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use taxel::InputError;
-use taxel::predict::Predictor;
-use taxel::sensor::{Element, Sensor};
+use taxel::sensor::Element;
 use taxel::shown;
 use taxel::table;
 use taxel_calibrate::{
-    CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
-    ReadingTable, TrainedOutcome, calibrator, civil_date, train,
+    CalibrateOptions, HoldOut, NamedSensor, Outcome, Provenance, ReadingTable, TrainedOutcome,
+    calibrator, train,
 };
+use taxel_files::{COMMIT, VERSION};
 
-use crate::arguments::{COMMIT, Calibrate, CalibrateFormat, VERSION};
+use crate::arguments::{Calibrate, CalibrateFormat};
 use crate::{Done, Stop, files, outputs};
 
 pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
@@ -25,7 +21,7 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
     ];
     let existing = arguments.overwrite.existing();
     outputs::check(&outputs, &inputs, existing)?;
-    let named = read_sensors(&arguments.sensor, &arguments.with)?;
+    let named = files::read_sensors(&arguments.sensor, &arguments.with)?;
     let sensors: Vec<_> = named.iter().map(files::NamedSensor::described).collect();
     let options = CalibrateOptions {
         hold_out: HoldOut::parse(&arguments.hold_out)
@@ -42,7 +38,7 @@ pub(crate) fn run(arguments: &Calibrate) -> Result<Done, Stop> {
         }
         _ => fitted(arguments, &sensors, &options)?,
     };
-    let (version, date) = (format!("{VERSION} {COMMIT}"), today());
+    let (version, date) = (format!("{VERSION} {COMMIT}"), files::today());
     let about = Provenance {
         version: &version,
         date: &date,
@@ -123,77 +119,4 @@ fn trained(
         data: names.join(", "),
         maps: Some(maps),
     })
-}
-
-/// Reads the first sensor and those beside it.
-pub(crate) fn read_sensors(
-    first: &Path,
-    others: &[PathBuf],
-) -> Result<Vec<files::NamedSensor>, Stop> {
-    let paths = std::iter::once(first).chain(others.iter().map(PathBuf::as_path));
-    paths.map(files::sensor).collect()
-}
-
-/// The date of this day, such as `2026-02-03`.
-pub fn today() -> String {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    civil_date(now.map_or(0, |now| now.as_secs()))
-}
-
-/// The sensor with its calibrated values, if a calibration is given.
-pub(crate) fn applied(
-    named: files::NamedSensor,
-    calibration: Option<&Path>,
-) -> Result<files::NamedSensor, Stop> {
-    let Some(path) = calibration else {
-        return Ok(named);
-    };
-    let name = shown::path(path);
-    Ok(applied_text(named, &name, &files::text(path)?)?)
-}
-
-/// The sensor with the values of a calibration.
-///
-/// # Errors
-/// A mistake of the calibration, or one of another sensor.
-pub fn applied_text(
-    named: files::NamedSensor,
-    name: &str,
-    text: &str,
-) -> Result<files::NamedSensor, InputError> {
-    let file = CalibrationFile::parse(name, text)?;
-    let sensor = file.apply(name, &named.described())?;
-    Ok(files::NamedSensor { sensor, ..named })
-}
-
-/// `predictor` of a calibrated sensor, whose answers carry the deviation that
-/// the calibration leaves; `drawn` is the sensor as its file says.
-pub(crate) fn propagated(
-    predictor: Box<dyn Predictor>,
-    drawn: &files::NamedSensor,
-    calibration: &Path,
-    make: impl Fn(&Sensor) -> Result<Box<dyn Predictor>, Stop>,
-) -> Result<Box<dyn Predictor>, Stop> {
-    let text = files::text(calibration)?;
-    propagated_text(predictor, drawn, &shown::path(calibration), &text, make)
-}
-
-/// The same of the text of a calibration.
-///
-/// # Errors
-/// A mistake of the calibration, or what `make` refuses.
-pub fn propagated_text<E: From<InputError>>(
-    predictor: Box<dyn Predictor>,
-    drawn: &files::NamedSensor,
-    name: &str,
-    text: &str,
-    make: impl Fn(&Sensor) -> Result<Box<dyn Predictor>, E>,
-) -> Result<Box<dyn Predictor>, E> {
-    let sides = CalibrationFile::parse(name, text)?
-        .spread(name, &drawn.described())?
-        .iter()
-        .map(|[below, above]| Ok([make(below)?, make(above)?]))
-        .collect::<Result<_, E>>()?;
-    let names = CalibrationFile::uncertain_columns(&drawn.sensor);
-    Ok(Box::new(Propagated::new(predictor, sides, names)))
 }

@@ -4,8 +4,9 @@ use serde_json::{Map, Value as Json};
 use taxel::summary::{Fact, Value, summary};
 
 use taxel::table::{self, Cell, Column, Format};
+use taxel_files::{COMMIT, VERSION};
 
-use crate::arguments::{COMMIT, Check, VERSION};
+use crate::arguments::Check;
 use crate::outputs::Existing;
 use crate::{Done, Stop, boards, files, outputs};
 

@@ -12,6 +12,7 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
+use taxel_files::{COMMIT, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
@@ -20,8 +21,7 @@ use taxel_serve::{
     Summary, Survey, TwinSource, run_headless, run_with_page,
 };
 
-use crate::arguments::{COMMIT, Format, Live, REST_FRAMES, Rest, VERSION};
-use crate::commands::calibrate;
+use crate::arguments::{Format, Live, REST_FRAMES, Rest};
 use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
 use crate::{Done, Stop, files};
@@ -279,7 +279,7 @@ fn sensed(
         text: named.text.clone(),
     });
     let named = match &run.calibration {
-        Some(NamedText { name, text }) => calibrate::applied_text(named, name, text)?,
+        Some(NamedText { name, text }) => files::applied_text(named, name, text)?,
         None => named,
     };
     let device = files::device(&named.sensor)?;

@@ -7,18 +7,15 @@ use taxel::InputError;
 use taxel::device::Device;
 use taxel::mechanics::{Mechanics, SolvedBody};
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
-use taxel::sensor::NoModel;
 use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel_study::made::{DEVICES, MadeDevices};
 
 use crate::arguments::Predict;
-use crate::commands::calibrate;
 use crate::interrupt;
 use crate::outputs::{self, Existing};
-use crate::progress::Progress;
-use crate::solutions::Folder;
 use crate::{Done, Stop, files};
+use taxel_files::Progress;
 
 /// Seed of the devices of `--spread`: the same answer each time.
 const SEED: u64 = 1;
@@ -144,36 +141,25 @@ fn predictor(arguments: &Predict, named: &files::NamedSensor) -> Result<Box<dyn 
     let Some(path) = &arguments.calibration else {
         return of(&named.sensor);
     };
-    let calibrated = calibrate::applied(named.clone(), Some(path))?;
-    calibrate::propagated(of(&calibrated.sensor)?, named, path, of)
+    let calibrated = files::applied(named.clone(), Some(path))?;
+    files::propagated(of(&calibrated.sensor)?, named, path, of)
 }
 
 fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>, Stop> {
-    let device = files::device(sensor)?;
     let asked = arguments.mechanics.map(Mechanics::from);
-    if let (Some(Mechanics::ClosedForm), Mechanics::Table(_)) = (&asked, &sensor.mechanics) {
-        let closed = sensor.by_closed_forms(&mut Folder::of_user());
-        return mechanics(arguments, &closed.map_err(Stop::WrongInput)?);
+    let asked = asked.as_ref();
+    if !arguments.spread {
+        return files::predictor(sensor, asked);
     }
-    match asked.as_ref().unwrap_or(&sensor.mechanics) {
-        Mechanics::ClosedForm | Mechanics::Table(_) => {
-            let drawn = device.predictor().ok_or_else(|| {
-                let element = sensor.element.key();
-                Stop::WrongInput(NoModel { element }.to_string())
-            })?;
-            if arguments.spread {
-                return spread(device.as_ref(), drawn, sensor);
-            }
-            Ok(drawn)
-        }
-        Mechanics::Fem if arguments.spread => Err(Stop::WrongInput(String::from(
+    if *asked.unwrap_or(&sensor.mechanics) == Mechanics::Fem {
+        return Err(Stop::WrongInput(String::from(
             "--spread asks a thousand devices, and --mechanics fem takes seconds for each\nhelp: leave one of them out, \
              or tabulate the drawing: taxel tabulate",
-        ))),
-        Mechanics::Fem => device
-            .field_predictor()
-            .map_err(|reason| Stop::WrongInput(reason.to_string())),
+        )));
     }
+    let sensor = files::by_mechanics(sensor, asked)?;
+    let drawn = files::predictor(&sensor, asked)?;
+    spread(files::device(&sensor)?.as_ref(), drawn, &sensor)
 }
 
 /// The same with the interval that the deviations of the sensor file leave.

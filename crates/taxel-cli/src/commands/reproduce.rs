@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use taxel::shown;
 use taxel::table;
+use taxel_files::{COMMIT, VERSION};
 use taxel_papers::{self as reproduce, Ledger, Paper};
 
-use crate::arguments::{COMMIT, PaperName, ReportFormat, Reproduce, VERSION};
-use crate::commands::calibrate::today;
+use crate::arguments::{PaperName, ReportFormat, Reproduce};
 use crate::outputs::{self, Existing};
 use crate::{Done, Stop, files};
+use taxel_files::today;
 
 pub(crate) fn run(arguments: &Reproduce) -> Result<Done, Stop> {
     let papers: Vec<Paper> = if arguments.papers.is_empty() {

@@ -7,12 +7,13 @@ use serde_json::{Map, Value};
 use taxel::problem::{Body, Ended, ProblemFile};
 use taxel::shown;
 use taxel::table;
+use taxel_files::{COMMIT, VERSION};
 
-use crate::arguments::{COMMIT, Solve, VERSION};
+use crate::arguments::Solve;
 use crate::interrupt::Interrupt;
 use crate::outputs::{self, Existing};
-use crate::progress::Progress;
 use crate::{Done, Stop, files};
+use taxel_files::Progress;
 
 /// Name of the list of the files for ParaView.
 const SERIES: &str = "steps.pvd";

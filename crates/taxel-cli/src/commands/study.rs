@@ -5,41 +5,17 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 use taxel::shown;
 use taxel::table;
+use taxel_files::study::block;
+pub(crate) use taxel_files::study::{StudyText, read, text};
+use taxel_files::{COMMIT, VERSION};
 use taxel_study::run::Runner;
-use taxel_study::store::{MOST_IN_BLOCK, Store, StoreError};
-use taxel_study::study::{Row, SensorText, Study, header};
+use taxel_study::store::{Store, StoreError};
+use taxel_study::study::{Row, Study};
 use taxel_study::sweep;
 
-use crate::arguments::{COMMIT, Format, VERSION};
+use crate::arguments::Format;
 use crate::outputs::{self, Existing};
-use crate::solutions::Folder;
 use crate::{Stop, files};
-
-/// A study file with its text.
-pub struct StudyText {
-    /// Name for messages.
-    pub name: String,
-    /// Text of the file.
-    pub text: String,
-}
-
-/// The text of a study file, or of a shipped one.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn text(path: &Path) -> Result<StudyText, Stop> {
-    let name = shown::path(path);
-    let shipped = taxel_study::shipped_text(&name).or(taxel::design::Study::shipped_text(&name));
-    let text = match shipped {
-        Some(text) if !path.exists() => text.to_owned(),
-        _ => files::text(path).map_err(|stop| {
-            let sections = taxel::design::Study::shipped_names();
-            let names = sections.chain(taxel_study::shipped_names());
-            files::with_shipped_names(stop, path, "study", names)
-        })?,
-    };
-    Ok(StudyText { name, text })
-}
 
 /// The study in a file with its text, once it is known that the targets of its results, the
 /// picture `plot` among them, can be written.
@@ -59,65 +35,14 @@ pub(crate) fn open(
     Ok((study, text))
 }
 
-/// The study of a text with the sensor that it names; the sensor's path is an input, too.
-pub(crate) fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
-    let head = header(&study.name, &study.text)?;
-    if head.schema == 1 {
-        return Err(Stop::WrongInput(format!(
-            "{}: a study of schema 1 is only swept\nhelp: taxel sweep {0}, or write it in schema 2",
-            study.name
-        )));
-    }
-    let path = PathBuf::from(&head.sensor);
-    let text = sensor_text(&study.name, &path)?;
-    let sensor = SensorText {
-        name: &head.sensor,
-        text: &text,
-    };
-    let beside = path.clone();
-    let solutions =
-        Box::new(move || Box::new(Folder::beside(&beside)) as Box<dyn taxel::solutions::Solutions>);
-    Ok((
-        Study::parse(&study.name, &study.text, &sensor, solutions)?,
-        path,
-    ))
-}
-
-/// The text of the sensor that the study called `study` names.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn sensor_text(study: &str, sensor: &Path) -> Result<String, Stop> {
-    let (_, text) = files::sensor_text(sensor).map_err(|stop| match stop {
-        Stop::WrongInput(message) => Stop::WrongInput(format!("{study}: sensor: {message}")),
-        stop @ Stop::Failed(_) => stop,
-    })?;
-    Ok(text)
-}
-
-/// True if one design of a study takes long.
-pub fn slow(study: &Study, text: &str) -> bool {
-    text.contains("\"fem\"") || text.contains("channel_section") || {
-        // A sensor file may ask for finite elements itself.
-        let (text, _) = study.text_of(&study.nominal());
-        text.contains("mechanics = \"fem\"")
-    }
-}
-
-/// The store in a folder: of designs that take long one in each block.
+/// The store in a folder.
 pub(crate) fn store(
     folder: &Path,
     study: &Study,
     text: &str,
     designs: usize,
 ) -> Result<Store, Stop> {
-    // A plan has some 64 blocks, so that shards have work.
-    let block = if slow(study, text) {
-        1
-    } else {
-        designs.div_ceil(64).clamp(1, MOST_IN_BLOCK)
-    };
-    let store = Store::open(folder, block, text).map_err(refused)?;
+    let store = Store::open(folder, block(study, text, designs), text).map_err(refused)?;
     if store.damaged > 0 {
         note!(
             "note: {} damaged blocks in {}: their designs are computed again",
@@ -145,7 +70,7 @@ pub(crate) fn running<T>(
     work: impl FnOnce(&mut Runner<'_>) -> Result<T, StoreError>,
 ) -> Result<T, Stop> {
     let interrupt = crate::interrupt::Interrupt::listen();
-    let progress = std::sync::Mutex::new(crate::progress::Progress::new(what));
+    let progress = std::sync::Mutex::new(taxel_files::Progress::new(what));
     let tell = |count: usize| {
         if let Ok(mut progress) = progress.try_lock() {
             progress.at((count as f64 / expected.max(1) as f64).min(1.0));

@@ -18,8 +18,8 @@ use crate::arguments::{Format, Sweep};
 use crate::commands::study::{self, StudyText};
 use crate::interrupt::Interrupt;
 use crate::outputs;
-use crate::progress::Progress;
 use crate::{Done, Stop, files};
+use taxel_files::Progress;
 
 pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let outputs = [

@@ -3,10 +3,11 @@
 use taxel::device::NotTabulated;
 use taxel::table::{self, Cell, Column};
 use taxel::transduction::{Leaps, NoTable, PathTable, TableOptions};
+use taxel_files::{COMMIT, VERSION};
 
-use crate::arguments::{COMMIT, Tabulate, VERSION};
-use crate::progress::Progress;
+use crate::arguments::Tabulate;
 use crate::{Done, Stop, files, interrupt, outputs};
+use taxel_files::Progress;
 
 pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     let existing = arguments.overwrite.existing();

@@ -3,8 +3,8 @@
 use taxel_calibrate::{Calibrator, IndentationOptions, SyntheticOptions, calibrator};
 
 use crate::arguments::Twin;
-use crate::commands::calibrate::read_sensors;
 use crate::{Done, Stop, files, outputs};
+use taxel_files::read_sensors;
 
 pub(crate) fn run(arguments: &Twin) -> Result<Done, Stop> {
     let inputs: Vec<_> = arguments.with.iter().chain([&arguments.sensor]).collect();

@@ -1,18 +1,25 @@
-"""The command ``taxel``: ``python -m taxel``."""
+"""``python -m taxel``: the program ``taxel`` of the PATH; the package has none of its own."""
 
 from __future__ import annotations
 
-import signal
+import os
+import shutil
+import subprocess
 import sys
 
-from . import _taxel
+INSTALL = """error: the program taxel is not on the PATH
+help: in a checkout: cargo install --path crates/taxel-cli"""
 
 
 def main() -> None:
-    """Runs the command with the arguments of this process and ends it with the command's code."""
-    # The command has handlers of its own; without one Ctrl-C ends it as it ends other programs.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.exit(_taxel.command(["taxel", *sys.argv[1:]]))
+    """Becomes the program ``taxel`` with the arguments of this process."""
+    program = shutil.which("taxel")
+    if program is None:
+        sys.exit(INSTALL)
+    arguments = [program, *sys.argv[1:]]
+    if os.name == "posix":
+        os.execv(program, arguments)
+    sys.exit(subprocess.call(arguments))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ use std::path::Path;
 use taxel::shown;
 
 use taxel_board::{Begin, Counts, Decoder};
+use taxel_files::{COMMIT, VERSION};
 use taxel_recording::ChannelWriter;
 use taxel_recording::mcap::{
     Findings, LinkMessage, MAGIC, McapReader, Message as _, RECONNECTED, Topic, WireMessage,
@@ -13,7 +14,7 @@ use taxel_serve::begin;
 use taxel_serve::link::LinkAddress;
 
 use super::{check_new, known, open, reader, unreadable};
-use crate::arguments::{COMMIT, DecodeWire, VERSION};
+use crate::arguments::DecodeWire;
 use crate::outputs::{self, cannot_write};
 use crate::{Done, Stop, boards, hello};
 

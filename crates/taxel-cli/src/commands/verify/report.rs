@@ -6,8 +6,7 @@ use serde_json::{Value, json};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::table::number_or_null;
 use taxel_fem::verify::{Case, Compared, Kind, Outcome, Tolerance};
-
-use crate::arguments::{COMMIT, VERSION};
+use taxel_files::{COMMIT, VERSION};
 
 /// A case for people: a line of its own, then one for each number.
 pub(crate) fn text(outcome: &Outcome) -> String {

@@ -15,6 +15,7 @@ use taxel::solutions::{Question, Solutions};
 
 use crate::Stop;
 use crate::hash::sha256;
+use crate::note;
 use crate::outputs::{self, Existing};
 use crate::progress::Progress;
 
@@ -47,7 +48,7 @@ impl Folder {
     }
 
     /// The same for the sensor file `sensor`.
-    pub(crate) fn beside(sensor: &Path) -> Self {
+    pub fn beside(sensor: &Path) -> Self {
         Self {
             beside: sensor.parent().map_or_else(PathBuf::new, Path::to_owned),
             ..Self::of_user()

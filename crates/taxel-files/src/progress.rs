@@ -3,8 +3,10 @@
 use std::io::{IsTerminal as _, Write as _};
 use std::time::{Duration, Instant};
 
+use crate::note;
+
 /// A line that says how far the work is and how long it will take.
-pub(crate) struct Progress {
+pub struct Progress {
     what: String,
     start: Instant,
     shown: Option<Instant>,
@@ -16,7 +18,8 @@ const LIVE: Duration = Duration::from_millis(200);
 const LOG: Duration = Duration::from_secs(10);
 
 impl Progress {
-    pub(crate) fn new(what: impl Into<String>) -> Self {
+    /// Progress of `what`, which begins now.
+    pub fn new(what: impl Into<String>) -> Self {
         Self {
             what: what.into(),
             start: Instant::now(),
@@ -26,7 +29,7 @@ impl Progress {
     }
 
     /// Hears that a fraction of the work is done.
-    pub(crate) fn at(&mut self, fraction: f64) {
+    pub fn at(&mut self, fraction: f64) {
         let pause = if self.live { LIVE } else { LOG };
         let since = self.shown.unwrap_or(self.start).elapsed();
         if since < pause {
@@ -49,7 +52,7 @@ impl Progress {
     }
 
     /// Clears the line of a terminal.
-    pub(crate) fn end(&mut self) {
+    pub fn end(&mut self) {
         if self.live && self.shown.is_some() {
             let _ = write!(std::io::stderr(), "\r{:<60}\r", "");
         }

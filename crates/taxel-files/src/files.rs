@@ -1,19 +1,21 @@
 //! Reading what the user names.
 
+use std::borrow::Cow;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 use taxel::InputError;
 use taxel::device::Device;
-use taxel::sensor::Sensor;
+use taxel::mechanics::Mechanics;
+use taxel::predict::Predictor;
+use taxel::sensor::{NoModel, Sensor};
 use taxel::shown;
 use taxel_calibrate::TrainingFile;
 
-use crate::Stop;
-use crate::arguments::{COMMIT, VERSION};
-pub use crate::hash::sha256;
+use crate::hash::sha256;
 use crate::solutions::Folder;
+use crate::{COMMIT, Stop, VERSION};
 
 /// Largest description or table that is read, bytes.
 const LARGEST: u64 = 1 << 28;
@@ -33,7 +35,7 @@ pub struct NamedSensor {
 
 impl NamedSensor {
     /// What heads a JSON document about it.
-    pub(crate) fn about(&self) -> Map<String, Value> {
+    pub fn about(&self) -> Map<String, Value> {
         [
             ("sensor", self.sensor.name.as_str()),
             ("sensor_hash", self.hash.as_str()),
@@ -46,13 +48,16 @@ impl NamedSensor {
     }
 
     /// What a file that is made of it says of where it comes from.
-    pub(crate) fn origin(&self) -> String {
+    pub fn origin(&self) -> String {
         format!("taxel {VERSION} {COMMIT}, sensor file sha256 {}", self.hash)
     }
 }
 
 /// Reads a sensor file, or a shipped one when no such file exists.
-pub(crate) fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
+///
+/// # Errors
+/// A file that cannot be read, or its first mistake.
+pub fn sensor(path: &Path) -> Result<NamedSensor, Stop> {
     let (name, text) = sensor_text(path)?;
     Ok(sensor_of_text(&name, text)?)
 }
@@ -97,15 +102,54 @@ impl NamedSensor {
     }
 }
 
+/// `sensor` by the mechanics that are `asked` for: by closed forms in the place of its table,
+/// where those are; else as it is.
+///
+/// # Errors
+/// A drawing for which the closed forms do not hold.
+pub fn by_mechanics<'s>(
+    sensor: &'s Sensor,
+    asked: Option<&Mechanics>,
+) -> Result<Cow<'s, Sensor>, Stop> {
+    match (asked, &sensor.mechanics) {
+        (Some(Mechanics::ClosedForm), Mechanics::Table(_)) => sensor
+            .by_closed_forms(&mut Folder::of_user())
+            .map(Cow::Owned)
+            .map_err(Stop::WrongInput),
+        _ => Ok(Cow::Borrowed(sensor)),
+    }
+}
+
+/// The predictor by the mechanics that are `asked` for, or by those of the sensor file.
+///
+/// # Errors
+/// An element without a model, or without one of these mechanics.
+pub fn predictor(sensor: &Sensor, asked: Option<&Mechanics>) -> Result<Box<dyn Predictor>, Stop> {
+    let sensor = by_mechanics(sensor, asked)?;
+    let device = device(&sensor)?;
+    match asked.unwrap_or(&sensor.mechanics) {
+        Mechanics::ClosedForm | Mechanics::Table(_) => device.predictor().ok_or_else(|| {
+            let element = sensor.element.key();
+            Stop::WrongInput(NoModel { element }.to_string())
+        }),
+        Mechanics::Fem => device
+            .field_predictor()
+            .map_err(|reason| Stop::WrongInput(reason.to_string())),
+    }
+}
+
 /// The device that a sensor describes.
-pub(crate) fn device(sensor: &Sensor) -> Result<Box<dyn Device + '_>, Stop> {
+///
+/// # Errors
+/// A board that cannot read the element; never of a sensor that was parsed.
+pub fn device(sensor: &Sensor) -> Result<Box<dyn Device + '_>, Stop> {
     sensor
         .device()
         .map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))
 }
 
 /// Names what is shipped where a file is not there; `kind` is what its name stands for.
-pub(crate) fn with_shipped_names<'n>(
+pub fn with_shipped_names<'n>(
     stop: Stop,
     path: &Path,
     kind: &str,
@@ -140,7 +184,10 @@ pub fn text(path: &Path) -> Result<String, Stop> {
 }
 
 /// Reads a file; `-` is the standard input.
-pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Stop> {
+///
+/// # Errors
+/// A file that cannot be read, or is too long.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Stop> {
     let wrong = |message: String| Stop::WrongInput(format!("{}: {message}", shown::path(path)));
     let failed = |error: std::io::Error| wrong(format!("cannot be read: {error}"));
     let mut bytes = Vec::new();
@@ -236,7 +283,10 @@ fn recording(path: &Path) -> Result<TrainingFile, Stop> {
 }
 
 /// True if a figure goes to a page (.html) and not to a picture (.svg).
-pub(crate) fn is_page(path: &Path) -> Result<bool, Stop> {
+///
+/// # Errors
+/// Another ending.
+pub fn is_page(path: &Path) -> Result<bool, Stop> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => Ok(false),
         Some("html") => Ok(true),
