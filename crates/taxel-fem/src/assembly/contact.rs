@@ -1,8 +1,8 @@
 //! Contact in the equations: obstacles and surfaces with their friction, walls that meet.
 
 use std::collections::{BTreeMap, BTreeSet};
+use taxel_numerics::dense::dot3;
 
-use super::foot::dot;
 use super::friction::{Friction, Slide, friction};
 use super::hardening::hardened;
 use super::meeting::{Meeting, Nodal, each_meeting, rub_surface};
@@ -90,7 +90,7 @@ impl System {
             // Friction turns with the surface that the point moves along: half of that has its
             // mirror image in the matrix, the other half is below.
             let n = gap.normal;
-            let turn = gap.curvature.map(|row| -0.5 * dot(row, rubbing.traction));
+            let turn = gap.curvature.map(|row| -0.5 * dot3(row, rubbing.traction));
             let bend = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
                     area * (stiffness * n[i] * n[j] - pressure * gap.curvature[i][j]
@@ -107,7 +107,7 @@ impl System {
             let slots = |vector: [f64; 3]| {
                 let mut slots = self.along(&moves, vector);
                 if let Some((direction, parameter)) = obstacle.travel {
-                    slots.push((Slot::Parameter(parameter.0), -dot(vector, direction)));
+                    slots.push((Slot::Parameter(parameter.0), -dot3(vector, direction)));
                 }
                 slots
             };

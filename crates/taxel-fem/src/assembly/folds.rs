@@ -1,8 +1,9 @@
 //! Sharp corners about which a surface folds onto itself.
 
 use std::collections::BTreeMap;
+use taxel_numerics::dense::dot3;
 
-use super::foot::{Foot, directions, dot, duals, foot, frame, middle_of, minus};
+use super::foot::{Foot, directions, duals, foot, frame, middle_of, minus};
 use super::points::{ContactPoint, each_point_of};
 use crate::mesh::{Facet, FacetShape, Mesh, Parts};
 use crate::problem::load::FacetTable;
@@ -36,7 +37,7 @@ impl Side {
         let places: Vec<_> = nodes.iter().map(|&n| mesh.points[n as usize]).collect();
         let (middle, _, normal) = frame(shape, &shape.shapes(middle_of(shape)), &places);
         let from = places.iter().map(|&x| minus(x, middle));
-        let size = from.fold(0.0_f64, |most, x| most.max(dot(x, x))).sqrt();
+        let size = from.fold(0.0_f64, |most, x| most.max(dot3(x, x))).sqrt();
         Self {
             shape,
             nodes,
@@ -49,7 +50,7 @@ impl Side {
 
     /// Distance of a place from its plane, over its size.
     fn above(&self, place: [f64; 3]) -> f64 {
-        dot(minus(place, self.middle), self.normal) / self.size
+        dot3(minus(place, self.middle), self.normal) / self.size
     }
 
     fn holds(&self, places: &[[f64; 3]]) -> bool {
@@ -132,7 +133,7 @@ fn corners(mesh: &Mesh, sides: &[Side]) -> (Vec<Corner>, Vec<u32>) {
         let [one, other] = [&sides[at[0]], &sides[at[1]]];
         let flat = one.holds(&one.places) && other.holds(&other.places);
         let facing = one.above(other.middle) > 0.0 && other.above(one.middle) > 0.0;
-        if !flat || !facing || dot(one.normal, other.normal).abs() > TURN {
+        if !flat || !facing || dot3(one.normal, other.normal).abs() > TURN {
             continue;
         }
         let own = [face_of[at[0]], face_of[at[1]]];
@@ -145,7 +146,7 @@ fn corners(mesh: &Mesh, sides: &[Side]) -> (Vec<Corner>, Vec<u32>) {
         let corner = found
             .entry(key)
             .or_insert_with(|| Corner::new(&ends, key, [one, other]));
-        let place = |x: [f64; 3]| dot(minus(x, corner.origin), corner.along);
+        let place = |x: [f64; 3]| dot3(minus(x, corner.origin), corner.along);
         let ends = [place(ends[0]), place(ends[ends.len() - 1])];
         corner
             .reaches
@@ -162,7 +163,7 @@ impl Corner {
             .map_or([0.0; 3], |&end| unit(minus(end, origin)));
         let away = sides.map(|side| {
             let from = minus(side.middle, origin);
-            let off = dot(from, along);
+            let off = dot3(from, along);
             unit(std::array::from_fn(|d| from[d] - off * along[d]))
         });
         Self {
@@ -192,7 +193,7 @@ impl Corner {
         let own = sides.iter().zip(face_of);
         let own = own.filter(|(_, number)| **number == self.faces[face]);
         let places = own.flat_map(|(side, _)| &side.places);
-        let distances = places.map(|&x| dot(minus(x, self.origin), self.away[face]));
+        let distances = places.map(|&x| dot3(minus(x, self.origin), self.away[face]));
         distances.fold(0.0, f64::max)
     }
 
@@ -218,7 +219,7 @@ impl Corner {
             (table_of, &problem.mesh.points),
             &mut |point| {
                 let from = minus(point.rest, self.origin);
-                let (arm, place) = (dot(from, self.away[0]), dot(from, self.along));
+                let (arm, place) = (dot3(from, self.away[0]), dot3(from, self.along));
                 let beside = |[start, end]: &[f64; 2]| *start <= place && place <= *end;
                 if arm > reach || !self.reaches.iter().any(beside) {
                     return;
@@ -253,7 +254,7 @@ impl Corner {
          -> Vec<(u32, f64, f64)> {
             let count = directions(side.shape);
             let duals = duals(tangents, normal, count).unwrap_or_default();
-            let slope = |g: &[f64; 3]| g[0] * dot(duals[0], away) + g[1] * dot(duals[1], away);
+            let slope = |g: &[f64; 3]| g[0] * dot3(duals[0], away) + g[1] * dot3(duals[1], away);
             let all = nodes.iter().zip(values).zip(gradients);
             all.map(|((&node, &value), gradient)| (node, value, slope(gradient)))
                 .collect()
@@ -291,6 +292,6 @@ impl Corner {
 }
 
 fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
+    let length = dot3(v, v).sqrt();
     v.map(|x| x / length)
 }

@@ -1,5 +1,7 @@
 //! The point of a deformed facet that is nearest to a place, or that lies ahead of it.
 
+use taxel_numerics::dense::dot3;
+
 use crate::mesh::{FacetShape, Shapes};
 
 /// Iterations of the search.
@@ -27,10 +29,6 @@ pub(super) struct Foot {
     pub(super) overshoot: f64,
     /// Distance from the facet itself, m.
     pub(super) from_facet: f64,
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 pub(super) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -87,7 +85,7 @@ pub(super) fn normal_of(count: usize, [s, t]: [[f64; 3]; 2]) -> [f64; 3] {
             s[0] * t[1] - s[1] * t[0],
         ]
     };
-    let length = dot(normal, normal).sqrt();
+    let length = dot3(normal, normal).sqrt();
     normal.map(|x| x / length)
 }
 
@@ -169,12 +167,12 @@ pub(super) fn foot(shape: FacetShape, nodes: &[[f64; 3]], place: [f64; 3]) -> Op
         let from = minus(place, point);
         let bends = bends(shape, at, nodes);
         let first: [[f64; 2]; 2] =
-            std::array::from_fn(|k| std::array::from_fn(|l| dot(tangents[k], tangents[l])));
+            std::array::from_fn(|k| std::array::from_fn(|l| dot3(tangents[k], tangents[l])));
         let whole: [[f64; 2]; 2] =
-            std::array::from_fn(|k| std::array::from_fn(|l| first[k][l] - dot(from, bends[k][l])));
+            std::array::from_fn(|k| std::array::from_fn(|l| first[k][l] - dot3(from, bends[k][l])));
         // Where the distance has no minimum near, along the tangents alone.
         let inverse = inverse(whole, count).or_else(|| inverse(first, count))?;
-        let force = [dot(from, tangents[0]), dot(from, tangents[1])];
+        let force = [dot3(from, tangents[0]), dot3(from, tangents[1])];
         Some(inverse.map(|row| row[0] * force[0] + row[1] * force[1]))
     })?;
     let mut found = found(shape, nodes, (place, at));
@@ -194,9 +192,9 @@ fn found(shape: FacetShape, nodes: &[[f64; 3]], (place, at): ([f64; 3], [f64; 3]
     } else {
         frame(shape, &shape.shapes(nearest), nodes).0
     };
-    let length = |v: [f64; 3]| dot(v, v).sqrt();
+    let length = |v: [f64; 3]| dot3(v, v).sqrt();
     Foot {
-        distance: dot(minus(place, point), normal),
+        distance: dot3(minus(place, point), normal),
         at,
         shapes,
         tangents,
@@ -220,7 +218,7 @@ fn across(direction: [f64; 3], count: usize) -> [[f64; 3]; 2] {
     } else {
         [-y, x, 0.0]
     };
-    let length = dot(first, first).sqrt();
+    let length = dot3(first, first).sqrt();
     let first = first.map(|x| x / length);
     let second = [
         y * first[2] - z * first[1],
@@ -239,7 +237,7 @@ pub(super) fn duals(
     count: usize,
 ) -> Option<[[f64; 3]; 2]> {
     let across = across(direction, count);
-    let of = |i: usize, k: usize| dot(across[i], tangents[k]);
+    let of = |i: usize, k: usize| dot3(across[i], tangents[k]);
     if count == 1 {
         let own = of(0, 0);
         return (own != 0.0).then(|| [across[0].map(|x| x / own), [0.0; 3]]);
@@ -263,11 +261,11 @@ pub(super) fn seen(
     let at = approached(shape, nodes, |_, point, tangents| {
         let from = minus(place, point);
         let duals = duals(tangents, ahead, directions(shape))?;
-        Some(duals.map(|dual| dot(dual, from)))
+        Some(duals.map(|dual| dot3(dual, from)))
     })?;
     let mut found = found(shape, nodes, (place, at));
     let (point, ..) = frame(shape, &found.shapes, nodes);
-    found.distance = dot(minus(point, place), ahead);
+    found.distance = dot3(minus(point, place), ahead);
     Some(found)
 }
 

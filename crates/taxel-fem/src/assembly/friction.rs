@@ -1,6 +1,7 @@
 //! Coulomb friction at a contact point.
 
-use super::foot::dot;
+use taxel_numerics::dense::dot3;
+
 use crate::problem::contact::{ContactState, Gap};
 
 /// Traction that resists sliding, with its derivative by the place.
@@ -29,7 +30,7 @@ pub(crate) fn friction(
 ) -> Friction {
     let n = gap.normal;
     let from: [f64; 3] = std::array::from_fn(|d| place[d] - anchor[d]);
-    let along = dot(from, n);
+    let along = dot3(from, n);
     let slide: [f64; 3] = std::array::from_fn(|d| from[d] - along * n[d]);
     let size = slide.iter().map(|s| s * s).sum::<f64>().sqrt();
     let flat = |i: usize, j: usize| f64::from(u8::from(i == j)) - n[i] * n[j];
@@ -45,7 +46,7 @@ pub(crate) fn friction(
         };
     }
     let direction = slide.map(|s| s / size);
-    let bent = curvature.map(|row| dot(row, direction));
+    let bent = curvature.map(|row| dot3(row, direction));
     let rest = bound / stiffness;
     Friction {
         traction: direction.map(|d| bound * d),

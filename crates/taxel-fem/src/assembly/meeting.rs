@@ -5,7 +5,9 @@
 //! no force turns suddenly where `y` passes from one facet to the next. What is not symmetric in
 //! the tangent stands in products.
 
-use super::foot::{Foot, dot, duals, inverse, minus};
+use taxel_numerics::dense::dot3;
+
+use super::foot::{Foot, duals, inverse, minus};
 use super::friction::{Friction, friction};
 use super::hardening::hardened;
 use super::points::{ContactPoint, each_point_of};
@@ -100,7 +102,7 @@ pub(super) fn rub_surface(
     let bound = contact.bound(point.number, pair.friction, meeting.pressure.max(0.0));
     Some(Rubbing {
         friction: friction(&meeting.gap, point.place, held, pair.stiffness, bound),
-        height: dot(minus(point.place, held), meeting.gap.normal),
+        height: dot3(minus(point.place, held), meeting.gap.normal),
         held: (facet, values),
     })
 }
@@ -132,7 +134,7 @@ impl Meeting {
         let (tangents, facing) = point.frame(places);
         let directions = point.directions();
         let metric =
-            std::array::from_fn(|k| std::array::from_fn(|l| dot(tangents[k], tangents[l])));
+            std::array::from_fn(|k| std::array::from_fn(|l| dot3(tangents[k], tangents[l])));
         let metric = inverse(metric, directions)?;
         let raised = std::array::from_fn(|k| {
             std::array::from_fn(|d| (0..directions).map(|l| metric[k][l] * tangents[l][d]).sum())
@@ -203,7 +205,7 @@ impl Meeting {
         let mut motion = self.pull(numbers, point, dual);
         for k in 0..self.directions {
             let turn = self.turn(numbers, point, k);
-            let by = self.gap.distance * dot(dual, self.raised[k]);
+            let by = self.gap.distance * dot3(dual, self.raised[k]);
             add_all(&mut motion, by, &turn);
         }
         motion
@@ -217,11 +219,11 @@ impl Meeting {
         point: &ContactPoint<'_>,
     ) -> Nodal {
         let (normal, facing) = (self.gap.normal, self.foot.normal);
-        let across = dot(facing, normal);
+        let across = dot3(facing, normal);
         let inclined = minus(scaled(1.0 / across, facing), normal);
         let mut motion = self.pull(numbers, point, inclined);
         for k in 0..self.directions {
-            let by = self.gap.distance * dot(inclined, self.raised[k]);
+            let by = self.gap.distance * dot3(inclined, self.raised[k]);
             add_all(&mut motion, by, &self.turn(numbers, point, k));
         }
         motion
@@ -263,9 +265,9 @@ impl Meeting {
         along
             .flat_map(|k| {
                 let own = self.raised[k];
-                let mut turned = scaled(dot(rubbing.traction, own), self.gap.normal);
+                let mut turned = scaled(dot3(rubbing.traction, own), self.gap.normal);
                 for d in 0..3 {
-                    turned[d] += height * dot(rubbing.tangent[d], own);
+                    turned[d] += height * dot3(rubbing.tangent[d], own);
                 }
                 [
                     Change {

@@ -1,9 +1,10 @@
 //! Surfaces that touch each other: which facets meet, and their place in the matrix.
 
 use std::collections::{BTreeMap, BTreeSet};
+use taxel_numerics::dense::dot3;
 
 use super::dofs::Unknowns;
-use super::foot::{Foot, directions, dot, foot, frame, inverse, middle_of, minus, seen};
+use super::foot::{Foot, directions, foot, frame, inverse, middle_of, minus, seen};
 use super::overlap::{of_facet, of_line};
 use super::points::{ContactPoint, each_point_of};
 use crate::mesh::{Facet, FacetShape, Mesh};
@@ -101,7 +102,7 @@ impl PairTables {
             let own = facing(&tables.first[number], shape(facet));
             tables.adjacent[number].retain(|&other| {
                 let nodes = &tables.second[other];
-                dot(own, facing(nodes, tables.shapes[other])) > FACING
+                dot3(own, facing(nodes, tables.shapes[other])) > FACING
             });
         }
         tables.tables = each
@@ -119,7 +120,7 @@ impl PairTables {
         let reach = self.reach.min(self.side);
         let size = own.iter().fold(0.0, |most: f64, &x| {
             let from = minus(x, origin);
-            most.max(dot(from, from))
+            most.max(dot3(from, from))
         });
         let mut outlines = Vec::new();
         for (other, nodes) in self.second.iter().enumerate() {
@@ -129,24 +130,24 @@ impl PairTables {
             let nodes = Self::places(nodes, &mesh.points);
             let corners = &nodes[..self.shapes[other].corner_count()];
             // No corner, and not the whole facet, is far.
-            let far = |x: &[f64; 3]| dot(minus(*x, origin), normal).abs() > reach;
+            let far = |x: &[f64; 3]| dot3(minus(*x, origin), normal).abs() > reach;
             let own_shape = self.shapes[other];
             let (_, _, facing) = frame(own_shape, &own_shape.shapes(middle_of(own_shape)), &nodes);
             if corners.iter().any(far)
-                || dot(facing, normal) > FACING
+                || dot3(facing, normal) > FACING
                 || apart(corners, origin, size.sqrt() + reach)
             {
                 continue;
             }
             // In the reference coordinates of a flat facet.
             let metric: [[f64; 2]; 2] =
-                std::array::from_fn(|k| std::array::from_fn(|l| dot(tangents[k], tangents[l])));
+                std::array::from_fn(|k| std::array::from_fn(|l| dot3(tangents[k], tangents[l])));
             let Some(inverse) = inverse(metric, directions(shape)) else {
                 continue;
             };
             let outline = corners.iter().map(|&x| {
                 let from = minus(x, origin);
-                let along = [dot(from, tangents[0]), dot(from, tangents[1])];
+                let along = [dot3(from, tangents[0]), dot3(from, tangents[1])];
                 std::array::from_fn(|k| {
                     middle[k] + inverse[k][0] * along[0] + inverse[k][1] * along[1]
                 })
@@ -357,7 +358,7 @@ impl<'t> Search<'t> {
             let beside = beside * foot.distance.abs() + AT_EDGE * tables.side;
             if foot.overshoot > beside
                 || foot.distance.abs() > tables.reach
-                || dot(foot.normal, facing) > FACING
+                || dot3(foot.normal, facing) > FACING
             {
                 continue;
             }
@@ -447,7 +448,7 @@ impl PairTables {
         let nodes = self.first.iter().chain(&self.second).flatten();
         nodes.fold(0.0, |most: f64, &node| {
             let way = minus(after[node as usize], before[node as usize]);
-            most.max(dot(way, way).sqrt())
+            most.max(dot3(way, way).sqrt())
         })
     }
 }

@@ -8,6 +8,7 @@ use super::FieldError;
 use super::geometry::length;
 use crate::mesh::Mesh;
 use std::collections::{BTreeMap, BTreeSet};
+use taxel_numerics::dense::{cross, dot3};
 
 /// A section of the deformed shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +53,7 @@ pub fn sections(
         });
     }
     let axis = axis.map(|x| x / size);
-    let place = |node: u32| dot(axis, mesh.points[node as usize]);
+    let place = |node: u32| dot3(axis, mesh.points[node as usize]);
     let moved = deformed(mesh, displacement)?;
     let stations = stations(&lines(mesh, wall, &place)?, &place);
     let mut sections = Vec::new();
@@ -82,7 +83,7 @@ pub fn sections(
     }
     let directions = directions(&sections);
     for ((section, area), direction) in sections.iter_mut().zip(areas).zip(directions) {
-        section.area = dot(area, direction).abs() / length(direction);
+        section.area = dot3(area, direction).abs() / length(direction);
     }
     Ok(sections)
 }
@@ -103,18 +104,6 @@ pub fn slender_resistance(resistivity: f64, sections: &[Section]) -> f64 {
         })
         .sum();
     resistivity * integral
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }
 
 fn deformed(mesh: &Mesh, displacement: Option<&[[f64; 3]]>) -> Result<Vec<[f64; 3]>, FieldError> {
@@ -235,10 +224,10 @@ fn centre_and_area(path: &[[u32; 3]], points: &[[f64; 3]]) -> ([f64; 3], [f64; 3
         }
     }
     // Each piece is a triangle from the origin, its centre two thirds out.
-    let square = dot(area, area).max(f64::MIN_POSITIVE);
+    let square = dot3(area, area).max(f64::MIN_POSITIVE);
     let mut centre = origin;
     for (from, piece) in pieces {
-        let share = dot(piece, area) / square * 2.0 / 3.0;
+        let share = dot3(piece, area) / square * 2.0 / 3.0;
         (0..3).for_each(|i| centre[i] += share * from[i]);
     }
     (centre, area)

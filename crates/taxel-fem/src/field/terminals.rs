@@ -7,6 +7,8 @@
 //! energies of `i` and `j` is `phi_i^T K phi_j`, summed over the cells by itself. Solved
 //! exactly they are equal.
 
+use taxel_numerics::dense::dot;
+
 use super::FieldError;
 use super::laplace::{Coefficient, Domain};
 use super::system::{Entry, System};
@@ -286,8 +288,4 @@ fn energies(
         }
     }
     Ok(energies)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -5,6 +5,7 @@ mod marks;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use taxel_numerics::dense::{cross, dot3};
 
 use super::{ColourMap, OutputError, check_length};
 use crate::mesh::{CellShape, FacetShape, Mesh};
@@ -281,7 +282,7 @@ impl<'a> Picture<'a> {
                 *x += u;
             }
         }
-        self.view.map(|along| dot(along, point))
+        self.view.map(|along| dot3(along, point))
     }
 
     /// Place of a node before any scaling.
@@ -556,21 +557,9 @@ fn along(axes: [usize; 2]) -> [[f64; 3]; 3] {
     [axis(axes[0]), axis(axes[1]), axis(3 - axes[0] - axes[1])]
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
 /// The direction of a vector; none of zero.
 fn unit(vector: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(vector, vector).sqrt();
+    let length = dot3(vector, vector).sqrt();
     (length > 0.0 && length.is_finite()).then(|| vector.map(|x| x / length))
 }
 

@@ -1,5 +1,7 @@
 //! Pressures that follow the surface, and loads of fixed direction.
 
+use taxel_numerics::dense::cross;
+
 use super::Parameter;
 use crate::mesh::{Facet, FacetShape, Mesh, QuadraturePoint, Shapes};
 use crate::problem::Kinematics;
@@ -133,14 +135,6 @@ impl FacetPoint<'_> {
         };
         self.weight * (turn * self.place[0] + widening)
     }
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }
 
 /// Nodal forces of a traction in Pa of undeformed area, given by place.

@@ -1,6 +1,7 @@
 //! Rigid motions of a body that its supports do not hold.
 
-use super::load::cross;
+use taxel_numerics::dense::cross;
+
 use super::{Contact, Motion, Problem, Quantity, Rule};
 use crate::mesh::error::{at, scale};
 use crate::mesh::{Mesh, Parts};

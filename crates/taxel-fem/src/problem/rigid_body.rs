@@ -1,6 +1,7 @@
 //! Rigid bodies: nodes that move together, at any rotation.
 
-use super::load::cross;
+use taxel_numerics::dense::cross;
+
 use super::{Kinematics, Motion, Parameter, Problem, ProblemError, Quantity, Rule};
 
 /// Nodes that keep their distances: a stiff plate on a face, or a stiff part inside the body.

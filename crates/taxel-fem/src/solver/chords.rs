@@ -2,9 +2,10 @@
 //! residual and a substitution, a third of one with a new tangent in the plane, a fourth to a
 //! seventh in space.
 
+use taxel_numerics::dense::dot;
+
 use super::newton::{Change, Solver, at_floor, converged};
 use super::settings::Step;
-use super::small::dot;
 use crate::assembly::state::State;
 use crate::assembly::system::Assembled;
 use crate::problem::Rule;

@@ -1,7 +1,8 @@
 //! Equations that determine the parameters: they border those of the body.
 
+use taxel_numerics::dense::dot;
+
 use super::newton::Solver;
-use super::small::dot;
 use crate::assembly::state::State;
 use crate::assembly::system::Assembled;
 use crate::assembly::unsymmetric::Slot;

@@ -7,7 +7,8 @@
 //! which `C' A^-1 C` equals up to a factor near one. Neither depends on the bulk modulus or,
 //! much, on the size of the cells, and so does the number of iterations.
 
-use super::small::dot;
+use taxel_numerics::dense::dot;
+
 use crate::assembly::dofs::Unknowns;
 use crate::assembly::kernel::MAX_PRESSURES;
 use crate::assembly::mixed::{Coupling, Mixed, MixedParts};

@@ -1,5 +1,7 @@
 //! Newton's method for one step, and steps that adapt themselves to it.
 
+use taxel_numerics::dense::dot;
+
 use super::drag::Drag;
 use super::failure::{Failure, Reason};
 use super::foreseen::Foreseen;
@@ -7,7 +9,7 @@ use super::iterative::{Iterations, MixedTangent, TwoLevels};
 use super::neighbours::Neighbours;
 use super::previous::Previous;
 pub use super::settings::{Continue, Jump, Settings, Step};
-use super::small::{axpy, dot, solve_small};
+use super::small::{axpy, solve_small};
 use super::stop::Ear;
 use crate::assembly::contact::ContactProbe;
 pub use crate::assembly::contact::Multipliers;

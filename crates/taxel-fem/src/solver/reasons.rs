@@ -1,8 +1,10 @@
 //! Why a solution could not go on, found at its last state.
 
+use taxel_numerics::dense::dot;
+
 use super::failure::{Mode, Reason};
 use super::newton::{Missed, Solver, since_least};
-use super::small::{axpy, dot};
+use super::small::axpy;
 use crate::assembly::state::State;
 use crate::material::stability::ellipticity;
 use crate::problem::load::traction;

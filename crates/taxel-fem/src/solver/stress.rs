@@ -1,6 +1,8 @@
 //! Stress in a solved body.
 
-use super::small::{dot, solve_small};
+use taxel_numerics::dense::dot;
+
+use super::small::solve_small;
 use crate::assembly::state::State;
 use crate::mesh::CellShape;
 use crate::mesh::quality::extreme_eigenvalues;

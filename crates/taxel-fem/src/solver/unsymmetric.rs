@@ -1,6 +1,8 @@
 //! Linear systems whose matrix is symmetric but for a few products.
 
-use super::small::{axpy, determinant_is_negative, dot};
+use taxel_numerics::dense::dot;
+
+use super::small::{axpy, determinant_is_negative};
 use crate::assembly::unsymmetric::Unsymmetric;
 use crate::sparse::{Cholesky, Definiteness, LinearError, Pattern, solve_checked};
 

@@ -6,6 +6,8 @@
 //! elimination of the pressure at a bulk modulus of 1e6 shear moduli. The outline is
 //! held. A constant that falls with the cells means locking and pressures that swing.
 
+use taxel_numerics::dense::dot;
+
 use super::tools::{SHAPES, UNIT_RUBBER, body, kinematics, unit_body};
 use super::{Case, Effort};
 use crate::assembly::kernel::{ELIMINATION_RATIO, MAX_PRESSURES};
@@ -152,10 +154,6 @@ fn solved(l: &[Vec<f64>], mut b: Vec<f64>) -> Vec<f64> {
         }
     }
     b
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The constant on a mesh of so many cells along each side.

@@ -1,5 +1,7 @@
 //! Rigid obstacles of simple shape.
 
+use taxel_numerics::dense::dot3;
+
 use crate::mesh::Facet;
 use crate::problem::Parameter;
 
@@ -88,7 +90,7 @@ impl Shape {
         let minus = |point: [f64; 3]| -> [f64; 3] { std::array::from_fn(|d| x[d] - point[d]) };
         match *self {
             Self::HalfSpace { point, normal } => Gap {
-                distance: dot(minus(point), normal),
+                distance: dot3(minus(point), normal),
                 normal,
                 curvature: [[0.0; 3]; 3],
             },
@@ -99,11 +101,11 @@ impl Shape {
                 radius,
             } => {
                 let from = minus(point);
-                let along = dot(from, axis);
+                let along = dot3(from, axis);
                 let across = std::array::from_fn(|d| from[d] - along * axis[d]);
                 let mut gap = from_centre(across, radius);
-                let free = if dot(across, across) > 0.0 {
-                    let r = dot(across, across).sqrt();
+                let free = if dot3(across, across) > 0.0 {
+                    let r = dot3(across, across).sqrt();
                     1.0 / r
                 } else {
                     0.0
@@ -125,13 +127,9 @@ impl Shape {
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// Distance from a ball of this radius, `from` measured from its centre.
 fn from_centre(from: [f64; 3], radius: f64) -> Gap {
-    let r = dot(from, from).sqrt();
+    let r = dot3(from, from).sqrt();
     if r == 0.0 {
         // The centre itself: any way out is as long.
         return Gap {
@@ -153,9 +151,9 @@ fn from_centre(from: [f64; 3], radius: f64) -> Gap {
 /// Distance from a flat face of radius `flat` whose rim is a quarter circle, and from the shaft
 /// above the rim.
 fn punch(from: [f64; 3], axis: [f64; 3], flat: f64, rim: f64) -> Gap {
-    let height = dot(from, axis);
+    let height = dot3(from, axis);
     let across: [f64; 3] = std::array::from_fn(|d| from[d] - height * axis[d]);
-    let r = dot(across, across).sqrt();
+    let r = dot3(across, across).sqrt();
     if r <= flat {
         return Gap {
             distance: -height,
@@ -176,7 +174,7 @@ fn punch(from: [f64; 3], axis: [f64; 3], flat: f64, rim: f64) -> Gap {
     }
     // Nearest point of the circle on which the centres of the rim lie.
     let to_rim: [f64; 3] = std::array::from_fn(|d| from[d] - axis[d] * rim - radial[d] * flat);
-    let distance = dot(to_rim, to_rim).sqrt();
+    let distance = dot3(to_rim, to_rim).sqrt();
     let mut gap = from_centre(to_rim, rim);
     if distance > 0.0 {
         // Turning about the axis the centre moves along its circle.
@@ -186,7 +184,7 @@ fn punch(from: [f64; 3], axis: [f64; 3], flat: f64, rim: f64) -> Gap {
             axis[2] * radial[0] - axis[0] * radial[2],
             axis[0] * radial[1] - axis[1] * radial[0],
         ];
-        let share = dot(n, radial) / r - 1.0 / distance;
+        let share = dot3(n, radial) / r - 1.0 / distance;
         for i in 0..3 {
             for j in 0..3 {
                 gap.curvature[i][j] += around[i] * around[j] * share;
@@ -202,7 +200,7 @@ mod tests {
 
     #[test]
     fn normal_and_curvature_are_the_derivatives_of_the_distance() {
-        let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
+        let unit = |v: [f64; 3]| v.map(|x| x / dot3(v, v).sqrt());
         let shapes = [
             Shape::HalfSpace {
                 point: [0.1, 0.2, 0.0],
