@@ -95,6 +95,47 @@ fn an_element_is_asked_for_where_the_architecture_says() {
     assert_eq!(found, BTreeMap::from(expected));
 }
 
+fn architecture() -> (PathBuf, String) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = fs::read_to_string(root.join("ARCHITECTURE.md")).unwrap();
+    (root, page)
+}
+
+#[test]
+fn the_table_of_crates_has_every_crate() {
+    let (root, page) = architecture();
+    for entry in fs::read_dir(root.join("crates")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let row = format!("\n| [`{name}`](crates/{name}) |");
+        assert!(page.contains(&row), "{name} is not in the table of crates");
+    }
+}
+
+#[test]
+fn every_path_and_module_that_the_architecture_names_exists() {
+    let (root, page) = architecture();
+    let quoted: Vec<&str> = page.split('`').skip(1).step_by(2).collect();
+    let paths = quoted.iter().filter(|word| word.starts_with("crates/"));
+    let mut missing: Vec<&str> = paths
+        .copied()
+        .filter(|path| !path.contains('*') && !root.join(path).exists())
+        .collect();
+    let (_, modules) = page.split_once("## The main modules of `taxel`").unwrap();
+    let (modules, _) = modules.split_once("\n## ").unwrap();
+    let names: Vec<&str> = modules
+        .lines()
+        .filter_map(|row| row.strip_prefix("| `")?.split(" |").next())
+        .flat_map(|cell| cell.split(", ").map(|name| name.trim_matches('`')))
+        .collect();
+    assert!(names.len() > 15, "{names:?}");
+    let source = |name: &str| {
+        let folder = root.join("crates/taxel/src");
+        folder.join(name).is_dir() || folder.join(format!("{name}.rs")).is_file()
+    };
+    missing.extend(names.iter().copied().filter(|name| !source(name)));
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
 /// `docs/examples.sh` writes the page; an example that changed without it is found here.
 #[test]
 fn the_page_of_examples_has_the_examples_as_they_are() {

@@ -1,6 +1,7 @@
 //! The invariants of `ARCHITECTURE.md`, kept by reading the sources.
 #![allow(clippy::unwrap_used)]
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -147,25 +148,81 @@ fn the_service_decides_no_physics() {
     );
 }
 
+/// Manifests of the crates of the workspace, by their names.
+fn manifests() -> BTreeMap<String, toml::Table> {
+    let root = crates().parent().unwrap().to_owned();
+    let read = |folder: &str| -> toml::Table {
+        let text = fs::read_to_string(root.join(folder).join("Cargo.toml")).unwrap();
+        text.parse().unwrap()
+    };
+    let workspace = read("");
+    let members = workspace["workspace"]["members"].as_array().unwrap();
+    let manifest = |member: &toml::Value| {
+        let manifest = read(member.as_str().unwrap());
+        let name = manifest["package"]["name"].as_str().unwrap().to_owned();
+        (name, manifest)
+    };
+    members.iter().map(manifest).collect()
+}
+
 #[test]
 fn no_unsafe_code_anywhere() {
     let manifest = fs::read_to_string(crates().parent().unwrap().join("Cargo.toml")).unwrap();
     assert!(manifest.contains("unsafe_code = \"forbid\""));
-    for name in [
-        "taxel-numerics",
-        "taxel-recording",
-        "taxel-fem",
-        "taxel",
-        "taxel-study",
-        "taxel-fabricate",
-        "taxel-serve",
-        "taxel-cli",
-    ] {
-        let manifest = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
+    for (name, manifest) in manifests() {
+        let lints = &manifest["lints"];
+        let taken = lints.get("workspace").and_then(toml::Value::as_bool) == Some(true);
+        // The benchmarks have their own lints, which forbid it, too.
+        let own = lints.get("rust").and_then(|rust| rust.get("unsafe_code"));
         assert!(
-            manifest.contains("[lints]\nworkspace = true"),
-            "{name} does not take the lints"
+            taken || own.and_then(toml::Value::as_str) == Some("forbid"),
+            "{name} does not forbid unsafe code"
         );
+    }
+}
+
+/// Crates of the workspace that stand below `name`; its tests count, those of others do not.
+fn below(name: &str, manifests: &BTreeMap<String, toml::Table>) -> BTreeSet<String> {
+    let (mut found, mut left) = (BTreeSet::new(), vec![name.to_owned()]);
+    while let Some(next) = left.pop() {
+        let mut kinds = vec!["dependencies", "build-dependencies"];
+        if next == name {
+            kinds.push("dev-dependencies");
+        }
+        for kind in kinds {
+            let named = manifests[&next].get(kind).and_then(toml::Value::as_table);
+            for dependency in named.into_iter().flat_map(toml::Table::keys) {
+                if manifests.contains_key(dependency) && found.insert(dependency.clone()) {
+                    left.push(dependency.clone());
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn the_lower_crates_stand_on_nothing_else() {
+    let manifests = manifests();
+    for (name, expected) in [
+        ("taxel-ground", &[][..]),
+        ("taxel-numerics", &[]),
+        ("taxel-recording", &["taxel-ground"]),
+        ("taxel-board", &["taxel-ground", "taxel-recording"]),
+        ("taxel-fem", &["taxel-numerics"]),
+    ] {
+        let expected = expected.iter().map(|name| (*name).to_owned()).collect();
+        assert_eq!(below(name, &manifests), expected, "{name}");
+    }
+}
+
+#[test]
+fn the_command_and_the_python_package_stand_beside_each_other() {
+    let manifests = manifests();
+    for (name, other) in [("taxel-python", "taxel-cli"), ("taxel-cli", "taxel-python")] {
+        let below = below(name, &manifests);
+        assert!(below.contains("taxel-files"), "{name}: {below:?}");
+        assert!(!below.contains(other), "{name} stands on {other}");
     }
 }
 
@@ -231,6 +288,14 @@ fn of_studies_only_the_store_opens_files() {
             );
         }
     }
+}
+
+#[test]
+fn the_ground_knows_no_sensor_and_opens_no_file() {
+    must_not_name(
+        "taxel-ground/src",
+        &["Sensor", "std::fs", "std::thread", "SystemTime", "println!"],
+    );
 }
 
 #[test]
