@@ -17,6 +17,7 @@ mod electrode_section;
 mod extreme_values;
 mod faults;
 mod invariants;
+mod layered_cover;
 mod loaded_parts;
 mod measured;
 mod microchannel_block;
