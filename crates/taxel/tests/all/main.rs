@@ -18,6 +18,7 @@ mod extreme_values;
 mod faults;
 mod invariants;
 mod layered_cover;
+mod line_network;
 mod loaded_parts;
 mod measured;
 mod microchannel_block;
