@@ -360,6 +360,7 @@ impl LayeredCover {
         if !(noise_over_pattern > 1e-17 && noise_over_pattern < 1.0) {
             return None;
         }
+        // As fine as the points of the quadrature, between which S is smooth.
         let step = PANEL / self.thickness / 16.0;
         let count = (BASE_END / self.thickness / step) as usize;
         let mut ends = (1..=count).map(|i| i as f64 * step);

@@ -492,7 +492,7 @@ fn covariance_is_that_of_many_noisy_frames() {
     }
 }
 
-/// A minute in a release build: `cargo test --release -p taxel --test all intervals_hold -- --ignored`.
+/// Two minutes in a release build: `cargo test --release -p taxel --test all intervals_hold -- --ignored`.
 #[test]
 #[ignore = "long"]
 fn intervals_hold_the_truth_of_a_thousand_random_matrices() {
