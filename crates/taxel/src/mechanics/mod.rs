@@ -12,6 +12,7 @@ mod force_axes;
 mod force_error;
 mod force_hysteresis;
 mod layer_range;
+mod layered_cover;
 mod material;
 mod microchannel;
 pub mod microchannel_block;
@@ -50,6 +51,7 @@ pub use force_axes::ForceAxes;
 pub use force_error::force_error;
 pub use force_hysteresis::{ForceHysteresis, LoadHistory, REVERSALS};
 pub use layer_range::{LARGEST_COMPRESSION, LEAST_ASPECT, LayerError, LayerRange};
+pub use layered_cover::{CoverArea, CoverError, CoverLayer, LayeredCover};
 pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
     AlongChannel, CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,

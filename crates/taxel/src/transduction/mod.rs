@@ -8,6 +8,7 @@ mod in_plane_model;
 mod in_plane_path;
 mod in_plane_study;
 mod in_plane_table;
+mod line_network;
 mod microchannel;
 mod microchannel_path;
 mod path_solution;
@@ -28,6 +29,7 @@ pub use in_plane_inverse::{ForceCurve, InPlaneInverse, Turning};
 pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneState, PublishedFit};
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use in_plane_table::DrawnTable;
+pub use line_network::{IdleLines, Inverse, Line, LineFault, LineNetwork, NetworkError, Wiring};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };

@@ -17,6 +17,8 @@ mod electrode_section;
 mod extreme_values;
 mod faults;
 mod invariants;
+mod layered_cover;
+mod line_network;
 mod loaded_parts;
 mod measured;
 mod microchannel_block;
