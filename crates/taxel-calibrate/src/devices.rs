@@ -2,6 +2,7 @@
 
 use taxel::sensor::{Element, Sensor};
 
+use crate::cells::{self, CellsCalibrator};
 use crate::driver::Calibrator;
 use crate::in_plane_capacitor::{self, InPlaneCalibrator};
 use crate::microchannel::{self, MicrochannelCalibrator};
@@ -79,7 +80,9 @@ pub fn calibrator<'a>(
     }
     match first.sensor.element {
         Element::InPlaneCapacitor(_) => boxed(InPlaneCalibrator::new(sensors), element),
-        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) if sensors.len() > 1 => {
+        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) | Element::Cells(_)
+            if sensors.len() > 1 =>
+        {
             Err(NoCalibrator::Alone { element })
         }
         Element::ThreeAxisCapacitor(_) => boxed(ThreeAxisCalibrator::new(first), element),
@@ -90,6 +93,8 @@ pub fn calibrator<'a>(
             None => Err(NoCalibrator::Unanswered),
         },
         Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
+        Element::Cells(_) => boxed(CellsCalibrator::new(first), element),
+        Element::Own(_) => Err(NoCalibrator::Kind { element }),
     }
 }
 
@@ -118,8 +123,9 @@ pub(crate) fn apply(
         Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
         Element::Microchannel(_) => microchannel::apply(sensor, value),
-        // The maps of one are tables, and no parameters; the other has none.
-        Element::Trained(_) | Element::MeasuredForce(_) => Ok(()),
+        Element::Cells(_) => cells::apply(sensor, value),
+        // The maps of one are tables, and no parameters; the others have none.
+        Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => Ok(()),
     }
 }
 
@@ -135,6 +141,7 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         ],
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         Element::Microchannel(_) => &microchannel::UNCERTAIN,
-        Element::Trained(_) | Element::MeasuredForce(_) => &[],
+        Element::Cells(_) => &["conductance", "port_pressure"],
+        Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => &[],
     }
 }

@@ -52,7 +52,10 @@ impl Plan {
             Element::ThreeAxisCapacitor(element) => devices::three_axis::parts(&array, element),
             Element::Piezoelectric(element) => devices::piezoelectric::parts(&array, element),
             Element::Microchannel(element) => devices::microchannel::parts(&array, element),
-            Element::Trained(_) | Element::MeasuredForce(_) => return Err(no_drawing),
+            Element::Trained(_)
+            | Element::MeasuredForce(_)
+            | Element::Cells(_)
+            | Element::Own(_) => return Err(no_drawing),
         };
         // A sensor that was read has a device.
         let device = sensor.device().map_err(|_| no_drawing)?;

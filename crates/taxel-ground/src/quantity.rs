@@ -86,6 +86,9 @@ dimensions! {
     /// Electrical resistance, Ω.
     RESISTANCE = "a resistance", "ohm", [1e-9, 1e18]:
         ["mohm" = 1e-3, "ohm" = 1.0, "kohm" = 1e3, "Mohm" = 1e6, "Gohm" = 1e9];
+    /// Electrical conductance, S.
+    CONDUCTANCE = "a conductance", "S", [1e-18, 1e9]:
+        ["nS" = 1e-9, "uS" = 1e-6, "mS" = 1e-3, "S" = 1.0];
     /// Electrical resistivity, Ω m.
     RESISTIVITY = "a resistivity", "ohm m", [1e-12, 1e18]:
         ["nohm m" = 1e-9, "uohm m" = 1e-6, "ohm m" = 1.0];
@@ -338,6 +341,12 @@ rules! {
     PositiveResistance: Some(&RESISTANCE), 0.0, true, NO_LIMIT;
     /// A resistance of zero or more.
     NonNegativeResistance: Some(&RESISTANCE), 0.0, false, NO_LIMIT;
+    /// A conductance above zero.
+    PositiveConductance: Some(&CONDUCTANCE), 0.0, true, NO_LIMIT;
+    /// Exponent of a conductance against pressure, from 0.3 to 1.5.
+    ConductanceExponent: None, 0.3, false, 1.5;
+    /// A share of a pressure that does not arrive, from 0 to 0.95.
+    TrappedAir: None, 0.0, false, 0.95;
     /// A resistivity above zero.
     PositiveResistivity: Some(&RESISTIVITY), 0.0, true, NO_LIMIT;
     /// A capacitance above zero.

@@ -22,6 +22,7 @@ pub mod signal;
 pub mod simulator;
 pub mod solutions;
 mod solved_table;
+pub mod stage;
 pub mod summary;
 pub mod trained;
 pub mod transduction;

@@ -141,6 +141,16 @@ pub(crate) fn all() -> Vec<Case> {
             false,
             twin(vec![shipped("liquid-metal-2x4")], crossing, "p=15 kPa"),
         ),
+        case(
+            "cells, resistive mat",
+            true,
+            twin(vec![shipped("resistive-mat-8x8")], options, "fz=5 N"),
+        ),
+        case(
+            "cells, pressure chips",
+            true,
+            twin(vec![shipped("pressure-chips-1x8")], options, "fz=0.2 N"),
+        ),
     ]
 }
 

@@ -8,6 +8,7 @@ mod twin;
 pub use taxel_recording::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 
 pub use slider::Slider;
+pub(crate) use stimulus::patch_share;
 pub use stimulus::{
     Fault, FaultReading, Finger, FingerPoint, Link, Outage, Patch, Probe, ProbePoint, Script,
     Stimulus, Stuck,

@@ -40,6 +40,10 @@ const SHIPPED: &[(&str, &str)] = &[
         "two-fingers",
         include_str!("../../sensors/stimuli/two-fingers.toml"),
     ),
+    (
+        "mat-ghost",
+        include_str!("../../sensors/stimuli/mat-ghost.toml"),
+    ),
     ("pad-a", include_str!("../../sensors/stimuli/pad-a.toml")),
     ("pad-b", include_str!("../../sensors/stimuli/pad-b.toml")),
     ("pad-c", include_str!("../../sensors/stimuli/pad-c.toml")),
@@ -480,7 +484,7 @@ const GAUSS: [(f64, f64); 4] = [
 ///
 /// The integral across y is exact, the one along x is by Gauss: good to about
 /// 1e-3 of the whole where the edge of the patch crosses the cell.
-fn patch_share(cell: [f64; 2], size: [f64; 2], centre: [f64; 2], radius: f64) -> f64 {
+pub(crate) fn patch_share(cell: [f64; 2], size: [f64; 2], centre: [f64; 2], radius: f64) -> f64 {
     let low: [f64; 2] = std::array::from_fn(|i| cell[i] - 0.5 * size[i] - centre[i]);
     let (from, to) = (low[0].max(-radius), (low[0] + size[0]).min(radius));
     if from >= to || low[1] >= radius || low[1] + size[1] <= -radius {

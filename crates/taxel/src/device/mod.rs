@@ -5,6 +5,7 @@
 //! what a user asks: is the drawing sound, what follows from it, what does a
 //! load read, what does the twin deliver, how does it look.
 
+mod chain;
 mod in_plane_capacitor;
 mod measured_force;
 mod microchannel;
@@ -26,6 +27,7 @@ use crate::summary::{Fact, fact, number, text};
 use crate::table::{Cell, Column};
 use crate::transduction::{NoTable, PathTable, TableOptions};
 
+pub use chain::{ChainDevice, ChainPredictor, ChainReader, Registry};
 pub use in_plane_capacitor::{
     InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
     InPlanePrediction, InPlanePredictor,

@@ -3,7 +3,7 @@
 use crate::InputError;
 
 use super::{
-    Device, InPlaneArray, MeasuredForceArray, MicrochannelArray, PiezoelectricArray,
+    ChainDevice, Device, InPlaneArray, MeasuredForceArray, MicrochannelArray, PiezoelectricArray,
     ThreeAxisArray, TrainedArray, check_masked_channels,
 };
 use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS, VOLTAGE};
@@ -61,12 +61,21 @@ impl Sensor {
         text: &str,
         solutions: &mut dyn Solutions,
     ) -> Result<Self, InputError> {
-        let mut sensor = Self::drawn(file, text)?;
-        let sound = check_keys(&sensor)
-            .and_then(|()| sensor.solve(solutions))
-            .and_then(|()| sensor.check_element());
+        Self::drawn(file, text)?.sound(file, text, solutions)
+    }
+
+    /// The sensor with what is solved of its drawing, if no rule between keys is broken.
+    pub(crate) fn sound(
+        mut self,
+        file: &str,
+        text: &str,
+        solutions: &mut dyn Solutions,
+    ) -> Result<Self, InputError> {
+        let sound = check_keys(&self)
+            .and_then(|()| self.solve(solutions))
+            .and_then(|()| self.check_element());
         sound.map_err(|broken| broken.at(file, text))?;
-        Ok(sensor)
+        Ok(self)
     }
 
     /// Reads the keys of a sensor file and nothing that follows from several of them: what
@@ -104,6 +113,7 @@ impl Sensor {
             Element::Microchannel(_) => Ok(Box::new(self.microchannels()?)),
             Element::Trained(_) => Ok(Box::new(self.trained()?)),
             Element::MeasuredForce(_) => Ok(Box::new(self.measured_force()?)),
+            Element::Cells(_) | Element::Own(_) => Ok(Box::new(self.cells()?)),
         }
     }
 
@@ -171,6 +181,33 @@ impl Sensor {
             return Err(self.unreadable(&FORCE_BOARD));
         };
         MeasuredForceArray::new(self, element).ok_or_else(|| self.unreadable(&FORCE_BOARD))
+    }
+
+    /// The array of cells as a chain of stages, if it is one: a shipped kind or a user's own.
+    ///
+    /// # Errors
+    /// [`Unreadable`] for another element or another board.
+    pub fn cells(&self) -> Result<ChainDevice<'_>, Unreadable> {
+        let (parts, fabrication) = match &self.element {
+            Element::Cells(cells) => {
+                let stated = cells.fabrication.iter();
+                let lines = [self.array.rows, self.array.columns];
+                let parts = cells.parts(lines, self.electronics.reference());
+                (
+                    parts,
+                    stated
+                        .map(|(name, share)| (name.clone(), share.0))
+                        .collect(),
+                )
+            }
+            Element::Own(own) => (own.element.parts(), Vec::new()),
+            _ => return Err(self.unreadable(&FORCE_BOARD)),
+        };
+        ChainDevice::new(self, parts, fabrication).map_err(|allowed| Unreadable::Stage {
+            element: self.element.key(),
+            readout: self.electronics.readout.key(),
+            allowed: allowed.join(", "),
+        })
     }
 
     /// Why the board cannot read an element that is read by `readings`.

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, Scan, VoltageAmplifier,
-    VoltageDivider,
+    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, PressureChip,
+    ReferenceDivider, Scan, Transimpedance, VoltageAmplifier, VoltageDivider,
 };
 use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, VOLTAGE};
 use crate::signal::NumberScale;
@@ -56,6 +56,12 @@ pub enum Readout {
     ChargeMode(ChargeMode),
     /// Resistance to voltage.
     VoltageDivider(VoltageDivider),
+    /// Current of a column of a matrix to voltage.
+    Transimpedance(Transimpedance),
+    /// Resistor at each column of a matrix.
+    ReferenceDivider(ReferenceDivider),
+    /// Chips that give absolute pressures.
+    PressureChip(PressureChip),
     /// Chips that deliver numbers.
     Digital(Digital),
     /// An instrument that gives the quantity itself, such as a capacitance in pF.
@@ -74,6 +80,10 @@ pub enum Stage {
     ChargeMode(ChargeMode),
     /// Resistance to voltage.
     VoltageDivider(VoltageDivider),
+    /// Current of a column of a matrix to voltage.
+    Transimpedance(Transimpedance),
+    /// Resistor at each column of a matrix.
+    ReferenceDivider(ReferenceDivider),
 }
 
 /// Chips with converters of their own, whose numbers are taken as they are.
@@ -112,6 +122,9 @@ impl Readout {
             Self::VoltageAmplifier(_) => "voltage_amplifier",
             Self::ChargeMode(_) => "charge_mode",
             Self::VoltageDivider(_) => "voltage_divider",
+            Self::Transimpedance(_) => "transimpedance",
+            Self::ReferenceDivider(_) => "reference_divider",
+            Self::PressureChip(_) => "pressure_chip",
             Self::Digital(_) => "digital",
             Self::Measured(_) => "measured",
         }
@@ -126,6 +139,8 @@ impl Stage {
             Self::VoltageAmplifier(_) => "voltage_amplifier",
             Self::ChargeMode(_) => "charge_mode",
             Self::VoltageDivider(_) => "voltage_divider",
+            Self::Transimpedance(_) => "transimpedance",
+            Self::ReferenceDivider(_) => "reference_divider",
         }
     }
 }
@@ -138,8 +153,10 @@ impl Electronics {
             Readout::VoltageAmplifier(stage) => Some(Stage::VoltageAmplifier(stage)),
             Readout::ChargeMode(stage) => Some(Stage::ChargeMode(stage)),
             Readout::VoltageDivider(stage) => Some(Stage::VoltageDivider(stage)),
+            Readout::Transimpedance(stage) => Some(Stage::Transimpedance(stage)),
+            Readout::ReferenceDivider(stage) => Some(Stage::ReferenceDivider(stage)),
             Readout::Measured(measured) => measured.stage,
-            Readout::Digital(_) => None,
+            Readout::PressureChip(_) | Readout::Digital(_) => None,
         }
     }
 
@@ -156,7 +173,24 @@ impl Electronics {
         match self.readout {
             Readout::Digital(_) => None,
             Readout::Measured(measured) => Some(LastStage::Instrument(measured)),
+            Readout::PressureChip(chip) => Some(LastStage::Instrument(chip.instrument())),
             _ => self.converter.map(LastStage::Converter),
+        }
+    }
+
+    /// Pressure that chips read at rest, Pa; zero of all other boards.
+    pub fn ambient(&self) -> f64 {
+        match self.readout {
+            Readout::PressureChip(chip) => chip.ambient,
+            _ => 0.0,
+        }
+    }
+
+    /// Reference resistor at the columns of a matrix, Ω, if there is one.
+    pub fn reference(&self) -> Option<f64> {
+        match self.first_stage()? {
+            Stage::ReferenceDivider(divider) => Some(divider.reference),
+            _ => None,
         }
     }
 

@@ -284,6 +284,25 @@ impl JsonSchema for Noises {
 }
 
 impl Measured {
+    /// An instrument that gives pressures in kPa, with this noise and range, Pa.
+    pub(super) fn of_pressures(noise: f64, range: [f64; 2]) -> Self {
+        let stated = |value| Stated {
+            value,
+            dimension: &STRESS,
+        };
+        Self {
+            unit: MeasuredUnit {
+                dimension: &STRESS,
+                symbol: "kPa",
+                si_per_unit: 1e3,
+                quantity: Quantity::Pressure,
+            },
+            noise: Noises([stated(noise); 3]),
+            range: range.map(stated),
+            stage: None,
+        }
+    }
+
     /// Standard deviation of one reading, SI.
     pub fn deviation(&self) -> f64 {
         self.deviations()[2]

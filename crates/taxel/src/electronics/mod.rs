@@ -10,6 +10,7 @@ mod last_stage;
 mod measured;
 mod output;
 mod scan;
+mod transimpedance;
 mod voltage_amplifier;
 mod voltage_divider;
 
@@ -26,5 +27,6 @@ pub use last_stage::{Delivered, LastStage};
 pub use measured::{Measured, MeasuredUnit, Noises, Stated};
 pub use output::Output;
 pub use scan::{Multiplexed, RowParallel, Scan};
+pub use transimpedance::{PressureChip, ReferenceDivider, Transimpedance};
 pub use voltage_amplifier::{ChargeBand, ChargeMode, VoltageAmplifier};
 pub use voltage_divider::{DividerError, VoltageDivider};

@@ -335,7 +335,11 @@ impl ArrayEstimator {
         let taxels = &self.touch.taxels;
         // Beside the rest values of the drawing many contradict themselves.
         let values = taxels.iter().map(TaxelTouch::pressed).enumerate();
-        let threshold = |taxel: usize| self.rules.threshold.of(taxels[taxel].pressed_deviation());
+        let threshold = |taxel: usize| {
+            self.rules
+                .threshold
+                .of(by_noise(&*self.reader, taxel, &taxels[taxel]))
+        };
         let (taxel, others) = standing_out(values, threshold)?;
         let meaning = self.reader.meaning();
         let columns = meaning.layout.columns;
@@ -409,6 +413,7 @@ impl ArrayEstimator {
             return;
         }
         touch.total.force[2] = sum * first * second;
+        let variance = self.reader.sum_variance(sum).unwrap_or(variance);
         let deviation = variance.sqrt() * first * second;
         touch.total_covariance[2][2] = deviation * deviation;
     }
@@ -420,8 +425,9 @@ impl ArrayEstimator {
         if meaning.signed && meaning.components == 1 {
             return;
         }
-        for taxel in &mut self.touch.taxels {
-            let threshold = self.rules.threshold.of(taxel.pressed_deviation());
+        for (index, taxel) in self.touch.taxels.iter_mut().enumerate() {
+            let noise = by_noise(&*self.reader, index, taxel);
+            let threshold = self.rules.threshold.of(noise);
             let below = threshold > 0.0 && taxel.pressed() < -threshold;
             if below && taxel.counted && taxel.state == State::Ok {
                 taxel.state = State::BelowZero;
@@ -454,7 +460,8 @@ impl ArrayEstimator {
                 // Electrodes that touch each other are touch already.
                 _ if taxel.state == State::Closed => 0.0,
                 threshold => {
-                    let known = [cell.weight, threshold.of(cell.deviation)];
+                    let noise = by_noise(&*self.reader, index, taxel);
+                    let known = [cell.weight, threshold.of(noise)];
                     let touched = region.is_some();
                     self.holding.threshold(index, touched, elapsed, known)
                 }
@@ -498,6 +505,13 @@ impl Judge for &dyn Reader {
     fn problem(&self, unit: usize, rest: &[f64]) -> Option<String> {
         self.rest_problem(unit, rest)
     }
+}
+
+/// Standard deviation of a taxel's value by noise alone, SI.
+fn by_noise(reader: &dyn Reader, index: usize, taxel: &TaxelTouch) -> f64 {
+    reader
+        .by_noise(index)
+        .unwrap_or_else(|| taxel.pressed_deviation())
 }
 
 /// Total force and moment over the counted taxels of three components, and the

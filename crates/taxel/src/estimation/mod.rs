@@ -63,8 +63,10 @@ pub use measured_force::MeasuredForceReader;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };
+pub(crate) use numbers::convert_within;
 pub use observer::{Observer, ObserverOptions, Wiring};
 pub use position_fit::ProfileFit;
+pub(crate) use reader::counting;
 pub use reader::{
     Division, Drift, Known, Meaning, Picture, Reader, RestRules, Rules, Scale, Threshold, Total,
 };

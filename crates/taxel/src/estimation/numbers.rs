@@ -7,7 +7,7 @@ use crate::signal::{NumberScale, Position};
 ///
 /// The numbers at either end of the range say nothing but "outside": at the low end of a
 /// quantity without sign a line is open, at the others a signal is too large.
-pub(super) fn convert_within(
+pub(crate) fn convert_within(
     scale: &NumberScale,
     values: &[f64],
     channels: &mut ChannelReadings,

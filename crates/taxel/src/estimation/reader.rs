@@ -229,7 +229,7 @@ pub struct Rules {
 }
 
 /// A table of [`Rules::counted`].
-pub(super) fn counting(states: &[State]) -> [bool; State::ALL.len()] {
+pub(crate) fn counting(states: &[State]) -> [bool; State::ALL.len()] {
     let mut counted = [false; State::ALL.len()];
     for state in states {
         counted[*state as usize] = true;
@@ -332,6 +332,18 @@ pub trait Reader: Any + Send {
     /// this noise; `NaN` where a channel is as drawn. The memory of the device
     /// begins anew.
     fn set_rest(&mut self, rest: &[f64], noise: &[f64]);
+
+    /// Standard deviation of the value of a taxel by the noise of its channels alone, SI, where its
+    /// covariance has more in it: what a touch must exceed. None where it has not.
+    fn by_noise(&self, _taxel: usize) -> Option<f64> {
+        None
+    }
+
+    /// Variance of the sum of the counted values, which is `sum`, SI squared, where their errors
+    /// are not independent; none where they are.
+    fn sum_variance(&self, _sum: f64) -> Option<f64> {
+        None
+    }
 
     /// Pairs of channels of a unit, one of which has changed places.
     fn swapped(&self, _unit: usize) -> &[[usize; 2]] {

@@ -124,7 +124,8 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
         return Ok(());
     }
     let Some(converter) = &sensor.electronics.converter else {
-        let digital = matches!(sensor.electronics.readout, Readout::Digital(_));
+        let readout = &sensor.electronics.readout;
+        let digital = matches!(readout, Readout::Digital(_) | Readout::PressureChip(_));
         return require(
             digital,
             "electronics.readout",

@@ -18,6 +18,7 @@ use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
+use crate::stage::{Cells, OwnParts};
 use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
@@ -81,6 +82,14 @@ const SHIPPED: &[(&str, &str)] = &[
     ),
     ("force-4x4", include_str!("../../sensors/force-4x4.toml")),
     (
+        "resistive-mat-8x8",
+        include_str!("../../sensors/resistive-mat-8x8.toml"),
+    ),
+    (
+        "pressure-chips-1x8",
+        include_str!("../../sensors/pressure-chips-1x8.toml"),
+    ),
+    (
         "eflesh-lattice",
         include_str!("../../sensors/eflesh-lattice.toml"),
     ),
@@ -98,10 +107,12 @@ that belong to one value of several, such as `mount.cylinder.radius`, are requir
 a path stands for each entry of a list. A required key has no default. Any other key is refused.
 ";
 
-/// A device as its file describes it.
+/// A device as its file describes it, with an element of a user's own or one that is shipped
+/// ([`Sensor`]).
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Sensor {
+#[schemars(rename = "Sensor")]
+pub struct Described<E> {
     /// Version of this format: 2.
     #[schemars(extend("const" = 2))]
     pub schema: u32,
@@ -110,7 +121,7 @@ pub struct Sensor {
     /// Number and positions of the taxels.
     pub array: ArrayDescription,
     /// Element of one taxel.
-    pub element: Element,
+    pub element: E,
     /// The board that reads the taxels.
     pub electronics: Electronics,
     /// Which mechanics predicts; `taxel predict --mechanics` overrides it.
@@ -119,6 +130,24 @@ pub struct Sensor {
     /// Taxels or capacitors that are known not to work.
     #[serde(default)]
     pub mask: Vec<Mask>,
+}
+
+/// A device as its file describes it.
+pub type Sensor = Described<Element>;
+
+impl<E> Described<E> {
+    /// The same device with another element.
+    pub(crate) fn with<F>(self, element: F) -> Described<F> {
+        Described {
+            schema: self.schema,
+            name: self.name,
+            array: self.array,
+            element,
+            electronics: self.electronics,
+            mechanics: self.mechanics,
+            mask: self.mask,
+        }
+    }
 }
 
 /// Element of a taxel; the header in the file names the model.
@@ -137,6 +166,12 @@ pub enum Element {
     Trained(Box<TrainedBody>),
     /// Taxels whose board gives forces.
     MeasuredForce(MeasuredForce),
+    /// Cells below a cover, read through a network.
+    Cells(Box<Cells>),
+    /// One of a user's own ([`crate::device::Registry`]).
+    #[serde(skip)]
+    #[schemars(skip)]
+    Own(OwnParts),
 }
 
 /// Keys that had another name in schema 1, with the name that they have now.
@@ -257,7 +292,7 @@ impl Element {
             Self::InPlaneCapacitor(_) | Self::Trained(_) => "press",
             Self::Piezoelectric(_) => "piezo-slide",
             Self::Microchannel(_) => "pad-b",
-            Self::MeasuredForce(_) => "two-fingers",
+            Self::MeasuredForce(_) | Self::Cells(_) | Self::Own(_) => "two-fingers",
         }
     }
 
@@ -280,6 +315,8 @@ impl Element {
             Self::Microchannel(_) => "microchannel",
             Self::Trained(_) => "trained",
             Self::MeasuredForce(_) => "measured_force",
+            Self::Cells(_) => "cells",
+            Self::Own(own) => own.key,
         }
     }
 }

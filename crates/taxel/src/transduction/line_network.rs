@@ -546,8 +546,22 @@ impl LineNetwork {
         }
     }
 
+    /// d reading / d ln y of each crossing by its own reading.
+    pub(crate) fn own_slopes(&self, admittance: &[f64]) -> Result<Vec<f64>, NetworkError> {
+        let lines = self.solved(admittance)?;
+        let own = |at: usize| {
+            let (coordinate, weights) = lines.coordinate(at);
+            self.reading_slope(self.reading(coordinate)) * lines.slope(weights, at, at)
+        };
+        Ok((0..admittance.len()).map(own).collect())
+    }
+
     /// J⁻¹ with each column times the deviation of its reading.
-    fn spread(&self, admittance: &[f64], deviations: &[f64]) -> Result<Mat<f64>, NetworkError> {
+    pub(crate) fn spread(
+        &self,
+        admittance: &[f64],
+        deviations: &[f64],
+    ) -> Result<Mat<f64>, NetworkError> {
         self.check(deviations)?;
         let (slopes, count) = (self.slopes(admittance)?, deviations.len());
         let noise = |i: usize, j: usize| if i == j { deviations[i] } else { 0.0 };

@@ -10,6 +10,7 @@
 mod common;
 
 mod architecture;
+mod cells;
 mod contacts;
 mod drift;
 mod editor_schema;

@@ -1,0 +1,266 @@
+//! Any device that is a [`Chain`]: what is asked of a device, written once from its parts.
+
+mod drawing;
+mod facts;
+mod predict;
+mod reader;
+mod registry;
+mod twin;
+
+use super::{Device, ElementCover, carries, check_mask, fits};
+use crate::acquisition::{Simulated, Stream};
+use crate::drawing::Drawing;
+use crate::electronics::LastStage;
+use crate::estimation::{FrameError, ObserverOptions, Reader};
+use crate::information::{Information, InformationOptions, NoInformation, Unknown};
+use crate::layout::Layout;
+use crate::predict::{Load, LoadColumn, Predictor};
+use crate::quantity::{Dimension, FORCE, RESISTANCE};
+use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, require};
+use crate::stage::{Board, Chain, PartError, Parts};
+use crate::summary::Fact;
+
+pub use predict::ChainPredictor;
+pub use reader::ChainReader;
+pub use registry::Registry;
+
+/// A device that is a chain of stages.
+#[derive(Debug)]
+pub struct ChainDevice<'a> {
+    sensor: &'a Sensor,
+    chain: Chain,
+    /// Standard deviation of each number of a part, over its value, where the file states it.
+    fabrication: Vec<(String, f64)>,
+}
+
+impl<'a> ChainDevice<'a> {
+    /// The device of these parts on the board of `sensor`.
+    ///
+    /// # Errors
+    /// Keys of the readouts that can read it, where that of the sensor file cannot.
+    pub(crate) fn new(
+        sensor: &'a Sensor,
+        parts: Parts,
+        fabrication: Vec<(String, f64)>,
+    ) -> Result<Self, Vec<&'static str>> {
+        let signal = parts.network.quantity(parts.cell.quantity());
+        let board = Board::new(&sensor.electronics, signal)?;
+        let array = &sensor.array;
+        let masked = masked_capacitors(&sensor.mask, array.rows, array.columns);
+        let masked = masked.iter().map(|channels| channels.contains(&true));
+        Ok(Self {
+            chain: Chain::new(Layout::new(array), parts, board, masked.collect()),
+            sensor,
+            fabrication,
+        })
+    }
+
+    /// The chain as drawn, or as calibrated.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    fn scatter(&self, name: &str) -> Option<f64> {
+        let found = self.fabrication.iter().find(|(key, _)| key == name);
+        found.map(|(_, share)| *share)
+    }
+
+    /// Reader of its frames.
+    fn chain_reader(&self) -> ChainReader {
+        let made = self.fabrication.iter().map(|(name, share)| {
+            let (mut chain, mut own) = (self.chain.clone(), false);
+            chain.parameters(&mut |parameter, value| {
+                if parameter.name == name {
+                    *value *= 1.0 + share;
+                    own = parameter.per_cell;
+                }
+            });
+            (chain, own)
+        });
+        ChainReader::new(self.chain.clone(), made.collect())
+    }
+
+    /// The chain as it may have been made: each number whose deviation the sensor file states is off
+    /// by that times a number of `normal`.
+    pub fn scattered(&self, normal: &mut dyn FnMut() -> f64) -> Chain {
+        self.chain.scattered(&|name| self.scatter(name), normal)
+    }
+}
+
+impl Device for ChainDevice<'_> {
+    fn check(&self) -> Result<(), Broken> {
+        check_scan_time(
+            self.sensor,
+            self.chain
+                .scan
+                .duration(self.sensor.array.rows, self.sensor.array.columns),
+        )?;
+        check_mask(self.sensor)?;
+        let broken = |error: PartError| {
+            Broken::new(
+                &format!("element.cells.{}", error.key),
+                error.message,
+                &error.help,
+            )
+        };
+        if let Some(cover) = &self.chain.cover {
+            cover.fits(self.chain.layout.pitch).map_err(broken)?;
+        }
+        for stage in self.chain.stages() {
+            stage.check().map_err(broken)?;
+        }
+        let mut names = Vec::new();
+        let mut chain = self.chain.clone();
+        chain.parameters(&mut |parameter, _| names.push(parameter.name));
+        for (name, _) in &self.fabrication {
+            require(
+                names.contains(&name.as_str()),
+                &format!("element.cells.fabrication.{name}"),
+                || format!("no part of this device has a number \"{name}\""),
+                &format!("use one of: {}", names.join(", ")),
+            )?;
+        }
+        require(
+            self.chain.deviation() > 0.0,
+            "electronics.readout",
+            || "a board without any noise gives no uncertainty".into(),
+            "give the noise of one reading, such as \"1 mV\"",
+        )?;
+        let [low, high] = self.chain.last.range();
+        let (symbol, size) = match &self.chain.last {
+            LastStage::Converter(_) => ("V", 1.0),
+            LastStage::Instrument(measured) => (measured.unit.symbol, measured.unit.si_per_unit),
+        };
+        for (what, input) in self.inputs() {
+            require(
+                low < input && input < high,
+                self.chain.last.range_key(),
+                || {
+                    let [input, low, high] = [input, low, high].map(|value| value / size);
+                    format!(
+                        "{what} the board has {input:.4} {symbol} at its last stage, outside of {low} to {high} {symbol}"
+                    )
+                },
+                "change the range, or the gain of the stage before it",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn facts(&self) -> Vec<Fact> {
+        facts::facts(self)
+    }
+
+    fn predictor(&self) -> Option<Box<dyn Predictor>> {
+        Some(Box::new(ChainPredictor::new(self.chain.clone())))
+    }
+
+    fn information_loads(&self) -> &'static [LoadColumn] {
+        &predict::LOADS
+    }
+
+    fn information_noise(&self) -> &'static Dimension {
+        let signal = self.chain.network.quantity(self.chain.cell(0).quantity());
+        signal.dimension.unwrap_or(&RESISTANCE)
+    }
+
+    fn information(
+        &self,
+        load: &Load<'_>,
+        options: &InformationOptions,
+    ) -> Result<Information, NoInformation> {
+        let predictor = ChainPredictor::new(self.chain.clone());
+        let asked = predictor.pressures(load);
+        let beyond = NoInformation::Beyond("the load needs pressure or force_z".into());
+        let (pressures, direction) = asked.map(|(p, at)| (p, self.direction(at))).ok_or(beyond)?;
+        let slopes = self.chain.slopes(&pressures, &direction);
+        let noise = options.noise.unwrap_or_else(|| self.chain.deviation());
+        Ok(Information {
+            unknowns: vec![Unknown {
+                name: "force_z",
+                dimension: &FORCE,
+                full_scale: self.chain.full_scale * self.chain.area(),
+                beside: false,
+            }],
+            jacobian: slopes
+                .iter()
+                .map(|slope| vec![slope / self.chain.area()])
+                .collect(),
+            noise: vec![noise; slopes.len()],
+            prior: vec![0.0],
+        })
+    }
+
+    fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
+        let predictor = ChainPredictor::new(self.chain.clone());
+        let Some((pressures, Some(at))) = predictor.pressures(load) else {
+            return Err(NoInformation::Beyond(
+                "crosstalk needs a load on one cell".into(),
+            ));
+        };
+        let (rest, pressed) = (self.chain.rest(), self.chain.respond(&pressures).signals);
+        let change = |cell: usize| (pressed[cell] - rest[cell]).abs();
+        let others = (0..rest.len()).filter(|cell| *cell != at).map(change);
+        Ok(others.fold(0.0, f64::max) / change(at))
+    }
+
+    fn time_constants(&self) -> Vec<f64> {
+        self.chain
+            .memory
+            .as_deref()
+            .map_or_else(Vec::new, |memory| memory.times())
+    }
+
+    fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
+        (!self.fabrication.is_empty())
+            .then(|| Box::new(ChainPredictor::new(self.scattered(normal))) as Box<dyn Predictor>)
+    }
+
+    /// The cells that a file states no deviation for are as drawn.
+    fn simulated(&self) -> Option<Box<dyn Simulated>> {
+        let mut noise = taxel_numerics::Noise::seeded(PIECE);
+        let chain = self.scattered(&mut || noise.normal().clamp(-CUT, CUT));
+        Some(Box::new(twin::Piece::new(chain)))
+    }
+
+    fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
+        fits(stream, self.chain.count(), self.chain.layout.columns)?;
+        carries(stream, &self.chain.last)?;
+        Ok(Box::new(self.chain_reader()))
+    }
+
+    fn observed(&self, stream: &Stream) -> ObserverOptions {
+        ObserverOptions::new(stream).on(&self.chain.layout)
+    }
+
+    fn cover(&self) -> Option<ElementCover> {
+        None
+    }
+
+    fn drawing(&self) -> Drawing {
+        drawing::drawing(self)
+    }
+}
+
+/// Seed of the piece of fabrication that the twin is: the same for each run.
+const PIECE: u64 = 1;
+/// Standard deviations at which what is made is sorted out.
+const CUT: f64 = 3.0;
+
+impl ChainDevice<'_> {
+    /// The pressed cell alone, or all of them.
+    fn direction(&self, at: Option<usize>) -> Vec<f64> {
+        let pressed = |cell| f64::from(u8::from(at.is_none_or(|at| at == cell)));
+        (0..self.chain.count()).map(pressed).collect()
+    }
+
+    /// Inputs of the last stage at rest, with one cell at full scale, and with all of them.
+    fn inputs(&self) -> [(&'static str, f64); 2] {
+        let chain = &self.chain;
+        let mut pressures = vec![0.0; chain.count()];
+        pressures[0] = chain.full_scale;
+        let [rest, pressed] = [chain.rest(), chain.respond(&pressures).signals]
+            .map(|signals| chain.input(signals[0]));
+        [("at rest", rest), ("with one cell at full scale", pressed)]
+    }
+}

@@ -1,0 +1,280 @@
+//! Five parts in a row, and what follows from their order alone.
+
+use super::{Board, CellLaw, Cover, Memory, Network, PartParameter, Readout, Stage};
+use crate::electronics::{LastStage, Scan};
+use crate::layout::Layout;
+
+/// Parts of an array of cells, from the load to the numbers of a frame.
+///
+/// # Example: from a pressure to a conductance to a voltage
+/// ```
+/// let sensor = taxel::sensor::Sensor::shipped("resistive-mat-8x8").unwrap();
+/// let chain = sensor.cells().unwrap().chain();
+/// let mut pressures = vec![0.0; 64];
+/// pressures[27] = 50e3; // Pa
+/// let response = chain.respond(&pressures);
+/// assert!(response.values[27] > 10.0 * response.values[0]); // S
+/// assert!(response.signals[27] > 10.0 * response.signals[0]); // A per V
+/// ```
+#[derive(Debug)]
+pub struct Chain {
+    /// Where the cells are.
+    pub layout: Layout,
+    /// What spreads the pressure; none where each cell takes what acts on its own pitch.
+    pub cover: Option<Box<dyn Cover>>,
+    /// The law of each cell, or one for all.
+    cells: Vec<Box<dyn CellLaw>>,
+    /// What joins the cells to channels.
+    pub network: Box<dyn Network>,
+    /// What makes numbers of signals.
+    pub readout: Box<dyn Readout>,
+    /// Stage that makes the numbers of a frame.
+    pub last: LastStage,
+    /// Order of reading.
+    pub scan: Scan,
+    /// Time between frames, s.
+    pub period: f64,
+    /// Memory of a cell that has felt nothing; none where the cells follow a load at once.
+    pub memory: Option<Box<dyn Memory>>,
+    /// Pressure up to which the laws hold, Pa.
+    pub full_scale: f64,
+    /// Cells that are not used.
+    pub masked: Vec<bool>,
+    /// Shares of [`Cover::share`] by the distance in rows and columns, as far as it reaches.
+    spread: Vec<Vec<f64>>,
+}
+
+/// Response of all cells and channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainResponse {
+    /// Pressure at each cell, Pa.
+    pub felt: Vec<f64>,
+    /// Value of each cell, SI.
+    pub values: Vec<f64>,
+    /// Signal of each channel, SI.
+    pub signals: Vec<f64>,
+}
+
+/// The parts of a [`Chain`] beside those of the board.
+#[derive(Debug)]
+pub struct Parts {
+    /// What spreads the pressure.
+    pub cover: Option<Box<dyn Cover>>,
+    /// The law of all cells.
+    pub cell: Box<dyn CellLaw>,
+    /// What joins the cells to channels.
+    pub network: Box<dyn Network>,
+    /// Memory of a cell.
+    pub memory: Option<Box<dyn Memory>>,
+    /// Pressure up to which the laws hold, Pa.
+    pub full_scale: f64,
+}
+
+impl Clone for Chain {
+    fn clone(&self) -> Self {
+        Self {
+            layout: self.layout.clone(),
+            cover: self.cover.as_ref().map(|cover| cover.boxed()),
+            cells: self.cells.iter().map(|cell| cell.boxed()).collect(),
+            network: self.network.boxed(),
+            readout: self.readout.boxed(),
+            last: self.last,
+            scan: self.scan,
+            period: self.period,
+            memory: self.memory.as_ref().map(|memory| memory.fresh()),
+            full_scale: self.full_scale,
+            masked: self.masked.clone(),
+            spread: self.spread.clone(),
+        }
+    }
+}
+
+impl Chain {
+    /// The chain of these parts on `layout`.
+    pub fn new(layout: Layout, parts: Parts, board: Board, masked: Vec<bool>) -> Self {
+        let mut chain = Self {
+            layout,
+            cover: parts.cover,
+            cells: vec![parts.cell],
+            network: parts.network,
+            readout: board.readout,
+            last: board.last,
+            scan: board.scan,
+            period: board.period,
+            memory: parts.memory,
+            full_scale: parts.full_scale,
+            masked,
+            spread: Vec::new(),
+        };
+        chain.settle();
+        chain
+    }
+
+    /// Computes what follows from the numbers of the parts.
+    fn settle(&mut self) {
+        let (layout, area) = (&self.layout, self.cells[0].area());
+        // A cover that does not fit is refused by the check of the device.
+        let cover = self
+            .cover
+            .as_ref()
+            .filter(|cover| cover.fits(layout.pitch).is_ok());
+        self.spread = cover.map_or_else(Vec::new, |cover| {
+            let offsets = |pitch: f64, lines: usize| -> Vec<f64> {
+                let reached = ((cover.reach() / pitch) as usize).min(lines - 1);
+                (0..=reached).map(|line| line as f64 * pitch).collect()
+            };
+            let x = offsets(layout.pitch[0], layout.columns);
+            let y = offsets(layout.pitch[1], layout.rows);
+            let shares = cover.shares(area, layout.pitch, [&x, &y]);
+            shares.chunks(x.len()).map(<[f64]>::to_vec).collect()
+        });
+    }
+
+    /// Number of cells, which is that of the channels.
+    pub fn count(&self) -> usize {
+        self.layout.taxels()
+    }
+
+    /// The law of a cell.
+    pub fn cell(&self, index: usize) -> &dyn CellLaw {
+        self.cells[index.min(self.cells.len() - 1)].as_ref()
+    }
+
+    /// Area of the surface over which a cell stands for the pressure, m².
+    pub fn area(&self) -> f64 {
+        self.layout.pitch[0] * self.layout.pitch[1]
+    }
+
+    /// Pressure at each cell under the mean pressure on each pitch of the surface, Pa.
+    pub fn felt(&self, pressures: &[f64]) -> Vec<f64> {
+        let Some(last_row) = self.spread.len().checked_sub(1) else {
+            return pressures.to_vec();
+        };
+        let (columns, last_column) = (self.layout.columns, self.spread[0].len() - 1);
+        let mut felt = vec![0.0; pressures.len()];
+        for (source, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p != 0.0) {
+            let (row, column) = (source / columns, source % columns);
+            let rows = row.saturating_sub(last_row)..(row + last_row + 1).min(self.layout.rows);
+            for at in rows {
+                let shares = &self.spread[at.abs_diff(row)];
+                let first = column.saturating_sub(last_column);
+                for to in first..(column + last_column + 1).min(columns) {
+                    felt[at * columns + to] += pressure * shares[to.abs_diff(column)];
+                }
+            }
+        }
+        felt
+    }
+
+    /// Value of each cell under the pressure at it, Pa.
+    pub fn values(&self, felt: &[f64]) -> Vec<f64> {
+        let each = felt.iter().enumerate();
+        each.map(|(index, p)| self.cell(index).value(*p)).collect()
+    }
+
+    /// Signal of each channel at the values of the cells.
+    pub fn signals(&self, values: &[f64]) -> Vec<f64> {
+        let mut signals = vec![0.0; values.len()];
+        self.network.read(values, &mut signals);
+        signals
+    }
+
+    /// The whole way at rest of all memory, from the mean pressure on each pitch of the surface, Pa.
+    pub fn respond(&self, pressures: &[f64]) -> ChainResponse {
+        let felt = self.felt(pressures);
+        let values = self.values(&felt);
+        let signals = self.signals(&values);
+        ChainResponse {
+            felt,
+            values,
+            signals,
+        }
+    }
+
+    /// Signals of all channels at rest.
+    pub fn rest(&self) -> Vec<f64> {
+        self.respond(&vec![0.0; self.count()]).signals
+    }
+
+    /// Slopes of all signals by the pressures along `direction`, per Pa, at `pressures`: a central
+    /// difference over a thousandth of the full scale, which every law resolves.
+    pub fn slopes(&self, pressures: &[f64], direction: &[f64]) -> Vec<f64> {
+        let step = 1e-3 * self.full_scale;
+        let [low, high] = [-step, step].map(|step| {
+            let moved = pressures.iter().zip(direction).map(|(p, d)| p + step * d);
+            self.respond(&moved.collect::<Vec<_>>()).signals
+        });
+        let pairs = high.iter().zip(&low);
+        pairs
+            .map(|(high, low)| (high - low) / (2.0 * step))
+            .collect()
+    }
+
+    /// Standard deviation of one reading as a signal, SI: noise, and rounding to counts.
+    pub fn deviation(&self) -> f64 {
+        let [_, gain] = self.readout.line();
+        (self.readout.noise().hypot(self.last.deviation()) / gain).abs()
+    }
+
+    /// Input of the last stage at a signal.
+    pub fn input(&self, signal: f64) -> f64 {
+        let [at_zero, gain] = self.readout.line();
+        at_zero + gain * signal
+    }
+
+    /// Sampling time of a cell after the start of the frame, s.
+    pub fn delay(&self, index: usize) -> f64 {
+        let columns = self.layout.columns;
+        self.scan.delay(index / columns, index % columns, columns)
+    }
+
+    /// The parts with the keys by which `check` names them, in the order of the signal.
+    pub fn stages(&self) -> Vec<&dyn Stage> {
+        let cover = self.cover.as_deref().map(|cover| cover as &dyn Stage);
+        let cell: &dyn Stage = self.cells[0].as_ref();
+        let (network, readout): (&dyn Stage, &dyn Stage) =
+            (self.network.as_ref(), self.readout.as_ref());
+        cover.into_iter().chain([cell, network, readout]).collect()
+    }
+
+    /// Shows each number of the parts to `each`, which may change it: numbers of cells once, for
+    /// all cells together.
+    pub fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        if let Some(cover) = &mut self.cover {
+            cover.parameters(each);
+        }
+        for cell in &mut self.cells {
+            cell.parameters(each);
+        }
+        self.network.parameters(each);
+        self.readout.parameters(each);
+        self.settle();
+    }
+
+    /// The same chain as it may have been made: every number whose deviation `fabrication` states,
+    /// over its value as drawn, is off by that times a number of `normal`; numbers of a cell for
+    /// each cell anew.
+    #[must_use]
+    pub fn scattered(
+        &self,
+        fabrication: &dyn Fn(&str) -> Option<f64>,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Self {
+        let mut chain = self.clone();
+        let scattered_cells = {
+            let mut any = false;
+            chain.cells[0]
+                .parameters(&mut |parameter, _| any |= fabrication(parameter.name).is_some());
+            any
+        };
+        if scattered_cells && chain.cells.len() == 1 {
+            chain.cells = (0..chain.count()).map(|_| chain.cells[0].boxed()).collect();
+        }
+        chain.parameters(&mut |parameter, value| {
+            if let Some(share) = fabrication(parameter.name) {
+                *value *= 1.0 + share * normal();
+            }
+        });
+        chain
+    }
+}

@@ -1,0 +1,240 @@
+//! Cells at the crossings of rows and columns of lines, read through all the ways round them.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{CellQuantity, Inverted, Network, OneToOne, PartParameter, Stage};
+use crate::quantity::{self, CONDUCTANCE, Checked, NonNegativeResistance, RESISTANCE};
+use crate::summary::{Fact, fact, number};
+use crate::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
+
+/// How cells are joined to channels.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum NetworkDescription {
+    /// Each cell has a channel of its own.
+    #[default]
+    OneToOne,
+    /// Resistance between a row and a column with all other lines open.
+    Floating,
+    /// A row at the supply, a column at ground through the reference of the readout.
+    Divider(Idle),
+    /// A row at the supply, all other lines at ground through their multiplexers.
+    ZeroPotential(ZeroPotential),
+}
+
+/// Lines of a divider that are neither driven nor read.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Idle {
+    /// Not connected.
+    Open,
+    /// At ground, without resistance.
+    Grounded,
+}
+
+/// Resistances of the multiplexers of a matrix at zero potential.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ZeroPotential {
+    /// Between the supply and the driven row, Ω; 0 is an ideal drive.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeResistance, _>")]
+    #[schemars(with = "Checked<NonNegativeResistance>")]
+    pub drive_resistance: f64,
+    /// Between each other row and ground, Ω.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeResistance, _>")]
+    #[schemars(with = "Checked<NonNegativeResistance>")]
+    pub idle_resistance: f64,
+    /// Between each column and its amplifier, Ω.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeResistance, _>")]
+    #[schemars(with = "Checked<NonNegativeResistance>")]
+    pub column_resistance: f64,
+}
+
+impl NetworkDescription {
+    /// The network of rows x columns; `reference` is the resistor of a divider, Ω.
+    pub fn between(&self, lines: [usize; 2], reference: Option<f64>) -> Box<dyn Network> {
+        match self {
+            Self::OneToOne => Box::new(OneToOne),
+            _ => Box::new(Lines {
+                described: *self,
+                lines,
+                // Without one the board is refused.
+                reference: reference.unwrap_or(1.0),
+            }),
+        }
+    }
+
+    /// Shows each number to `each`, which may change it.
+    pub fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        let Self::ZeroPotential(lines) = self else {
+            return;
+        };
+        for (name, value) in [
+            ("drive_resistance", &mut lines.drive_resistance),
+            ("idle_resistance", &mut lines.idle_resistance),
+            ("column_resistance", &mut lines.column_resistance),
+        ] {
+            let parameter = PartParameter {
+                name,
+                unit: "ohm",
+                bounds: [0.0, f64::INFINITY],
+                fitted: false,
+                per_cell: false,
+            };
+            each(parameter, value);
+        }
+    }
+}
+
+/// A matrix of lines as a stage: signals per volt of the supply.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lines {
+    described: NetworkDescription,
+    /// Rows and columns.
+    lines: [usize; 2],
+    /// Resistor of a divider, Ω.
+    reference: f64,
+}
+
+impl Stage for Lines {
+    fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        self.described.parameters(each);
+    }
+}
+
+impl Network for Lines {
+    fn boxed(&self) -> Box<dyn Network> {
+        Box::new(*self)
+    }
+
+    fn quantity(&self, _: CellQuantity) -> CellQuantity {
+        match self.network().wiring {
+            Wiring::Floating => CellQuantity {
+                name: "resistance",
+                dimension: Some(&RESISTANCE),
+                unit: ("kohm", 1e3, "ohm"),
+            },
+            Wiring::Divider { .. } => CellQuantity {
+                name: "share_of_the_supply",
+                dimension: None,
+                unit: ("%", 1e-2, "share"),
+            },
+            Wiring::ZeroPotential { .. } => CellQuantity {
+                name: "conductance",
+                dimension: Some(&CONDUCTANCE),
+                unit: ("uS", 1e-6, "s"),
+            },
+        }
+    }
+
+    fn read(&self, values: &[f64], signals: &mut [f64]) {
+        // Noise can bring a cell below zero, where nothing conducts.
+        let values: Vec<f64> = values
+            .iter()
+            .map(|value| value.max(f64::MIN_POSITIVE))
+            .collect();
+        if self.network().read(&values, signals).is_err() {
+            signals.fill(f64::NAN);
+        }
+    }
+
+    fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted) {
+        let result = self.found(signals, noise, &found.values);
+        found.converged = result.is_ok();
+        (found.values, found.deviations, found.spread) = result.unwrap_or_else(|_| {
+            (
+                vec![f64::NAN; signals.len()],
+                vec![f64::NAN; signals.len()],
+                Vec::new(),
+            )
+        });
+    }
+
+    fn facts_at(&self, rest: f64, pressed: f64) -> Vec<Fact> {
+        let gain = |name, gain: Result<f64, NetworkError>| {
+            let value = number(gain.unwrap_or(f64::INFINITY), "times", "times", 1.0);
+            fact(
+                "transduction",
+                name,
+                value,
+                "deviation of a conductance over that of its reading, both relative",
+            )
+        };
+        vec![
+            gain("noise_gain_empty", self.network().noise_gain_empty(rest)),
+            gain(
+                "noise_gain_ghost",
+                self.network().noise_gain_ghost(rest, pressed),
+            ),
+        ]
+    }
+}
+
+type Found = (Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
+
+impl Lines {
+    fn network(&self) -> LineNetwork {
+        let wiring = match self.described {
+            NetworkDescription::Divider(idle) => Wiring::Divider {
+                reference: self.reference,
+                supply: 1.0,
+                idle: match idle {
+                    Idle::Open => IdleLines::Open,
+                    Idle::Grounded => IdleLines::Grounded(0.0),
+                },
+            },
+            NetworkDescription::ZeroPotential(lines) => Wiring::ZeroPotential {
+                drive_resistance: lines.drive_resistance,
+                idle_resistance: lines.idle_resistance,
+                column_resistance: lines.column_resistance,
+                supply: 1.0,
+                feedback: 1.0,
+            },
+            NetworkDescription::Floating | NetworkDescription::OneToOne => Wiring::Floating,
+        };
+        let [rows, columns] = self.lines;
+        LineNetwork {
+            rows,
+            columns,
+            wiring,
+        }
+    }
+
+    fn found(&self, signals: &[f64], noise: &[f64], start: &[f64]) -> Result<Found, NetworkError> {
+        let network = self.network();
+        // What is lost in the noise is an upper bound.
+        let least = noise.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = match network.wiring {
+            Wiring::Divider { supply, .. } => supply - least.min(0.5 * supply),
+            _ => f64::MAX,
+        };
+        let start: Vec<f64> = start
+            .iter()
+            .map(|value| value.max(f64::MIN_POSITIVE).ln())
+            .collect();
+        let inverse = network.invert(signals, [least, most], Some(&start))?;
+        let values: Vec<f64> = inverse.ln_admittance.iter().map(|x| x.exp()).collect();
+        if let Wiring::ZeroPotential { .. } = network.wiring {
+            // A reading is all but its own crossing's: what the others add to the variance is of
+            // the second order in the resistances of the lines over that of a crossing.
+            let slopes = network.own_slopes(&values)?;
+            let each = values.iter().zip(noise).zip(slopes);
+            let deviations = each
+                .map(|((value, noise), slope)| (value * noise / slope).abs())
+                .collect();
+            return Ok((values, deviations, Vec::new()));
+        }
+        let spread = network.spread(&values, noise)?;
+        let row = |i: usize| {
+            (0..values.len())
+                .map(|j| values[i] * spread[(i, j)])
+                .collect()
+        };
+        let spread: Vec<Vec<f64>> = (0..values.len()).map(row).collect();
+        let deviations = spread
+            .iter()
+            .map(|row| row.iter().map(|part| part * part).sum::<f64>().sqrt());
+        Ok((values.clone(), deviations.collect(), spread))
+    }
+}

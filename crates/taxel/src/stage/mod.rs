@@ -1,0 +1,265 @@
+//! Stages: what lies between a load and the number of a frame, each a part of its own.
+//!
+//! ```text
+//! load -> COVER -> CELL -> NETWORK -> READOUT -> number
+//!                   |
+//!                 MEMORY   what follows a load with a delay
+//! ```
+//!
+//! A cover spreads the pressure on its surface over the cells below, a cell turns the pressure on
+//! it into an electrical or physical value, a network joins the cells to channels, and a readout
+//! makes the numbers of frames. Each part knows its own physics alone. [`Chain`] joins five of
+//! them, and what a sensor needs is written once for all chains: prediction, facts, twin,
+//! tolerances, information and the way back from a frame to pressures.
+//!
+//! A part of a user's own implements one of these traits and is registered with a key of the
+//! sensor file ([`crate::device::Registry`]).
+
+mod board;
+mod cells;
+mod chain;
+mod layered;
+mod lines;
+mod memory;
+mod one_to_one;
+mod own;
+mod pressure_port;
+mod resistor;
+
+use std::fmt;
+
+use crate::drawing::View;
+use crate::quantity::Dimension;
+use crate::summary::Fact;
+use taxel_numerics::roots::ridders;
+
+pub use board::{Board, LinearReadout};
+pub use cells::{CellDescription, Cells};
+pub use chain::{Chain, ChainResponse, Parts};
+pub use layered::{LayeredRubber, RubberLayer};
+pub use lines::{Lines, NetworkDescription};
+pub use memory::Creep;
+pub use one_to_one::OneToOne;
+pub use own::{OwnElement, OwnParts};
+pub use pressure_port::PressurePort;
+pub use resistor::{Conductance, Resistor};
+
+/// A broken rule of a part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartError {
+    /// Key below `element.cells` at which it is shown.
+    pub key: String,
+    /// The mistake, with its value and what is allowed.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+/// A number of a part: what a calibration may fit and fabrication scatters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartParameter {
+    /// Name, the same in sensor file, calibration and reports.
+    pub name: &'static str,
+    /// SI unit; empty for a plain number.
+    pub unit: &'static str,
+    /// Least and largest value that a calibration may find, SI.
+    pub bounds: [f64; 2],
+    /// True if readings under known loads can tell it.
+    pub fitted: bool,
+    /// True if it is each cell's own; false if all cells share it.
+    pub per_cell: bool,
+}
+
+/// What every part of a chain says of itself.
+pub trait Stage: fmt::Debug + Send + Sync {
+    /// Shows each number of the part to `each`, which may change it.
+    fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        let _ = each;
+    }
+
+    /// Quantities that follow from this part alone, for `taxel check`.
+    fn facts(&self) -> Vec<Fact> {
+        Vec::new()
+    }
+
+    /// Rules between the keys of the part.
+    ///
+    /// # Errors
+    /// The first broken rule, at its key.
+    fn check(&self) -> Result<(), PartError> {
+        Ok(())
+    }
+
+    /// Views of the part to scale, below the view from above.
+    fn views(&self) -> Vec<View> {
+        Vec::new()
+    }
+}
+
+/// What a cell feels of a pressure on the surface.
+pub trait Cover: Stage {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Cover>;
+
+    /// Whether it can stand over cells at this pitch, m.
+    ///
+    /// # Errors
+    /// Why not.
+    fn fits(&self, pitch: [f64; 2]) -> Result<(), PartError> {
+        let _ = pitch;
+        Ok(())
+    }
+
+    /// Mean pressure on a cell of the sides `cell`, m, per uniform pressure on a rectangle of the
+    /// sides `patch`, m, whose centre lies at each pair of offsets along x and y from that of the
+    /// cell, m: for the first y all x, then for the next.
+    fn shares(&self, cell: [f64; 2], patch: [f64; 2], offsets: [&[f64]; 2]) -> Vec<f64>;
+
+    /// Distance beyond which a share counts as zero, m.
+    fn reach(&self) -> f64;
+
+    /// Standard deviation over all positions of a point load of what the cells of the pitch
+    /// `pitch`, m, add up to, over the load: what their sum cannot say of a total force.
+    fn sampling(&self, cell: [f64; 2], pitch: [f64; 2]) -> f64;
+
+    /// State beyond what the cover is known for, under this pressure, Pa, on a rectangle of the
+    /// sides `patch`, m; none within.
+    fn beyond(&self, pressure: f64, patch: [f64; 2]) -> Option<&'static str> {
+        let _ = (pressure, patch);
+        None
+    }
+}
+
+/// The quantity that a cell has.
+#[derive(Debug, Clone, Copy)]
+pub struct CellQuantity {
+    /// Name in columns, such as `conductance`.
+    pub name: &'static str,
+    /// Its dimension; none of a plain number.
+    pub dimension: Option<&'static Dimension>,
+    /// Unit for people, its SI value, and the SI unit as it ends a key.
+    pub unit: (&'static str, f64, &'static str),
+}
+
+/// Pressure on a cell to its value: a curve that rises or falls all the way.
+pub trait CellLaw: Stage {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn CellLaw>;
+
+    /// What the value is.
+    fn quantity(&self) -> CellQuantity;
+
+    /// Sides of the area that the pressure acts on, m.
+    fn area(&self) -> [f64; 2];
+
+    /// Value under `pressure`, Pa, SI. Below zero the curve goes on as its mirror image about the
+    /// value at rest, so that noise about zero has a pressure of either sign.
+    fn value(&self, pressure: f64) -> f64;
+
+    /// The pressure of a value: the inverse of [`Self::value`], Pa, within `largest`, Pa, of
+    /// either sign; `NaN` beyond.
+    fn pressure(&self, value: f64, largest: f64) -> f64 {
+        let [low, high] = [-largest, largest].map(|end| self.value(end));
+        if !((value - low) * (value - high) <= 0.0) {
+            return f64::NAN;
+        }
+        let sign = (high - low).signum();
+        ridders([-largest, largest], |p| sign * (self.value(p) - value))
+    }
+
+    /// Slope of the value, SI per Pa, at a pressure: central difference over a thousandth of
+    /// `largest`, which the curve resolves.
+    fn slope(&self, pressure: f64, largest: f64) -> f64 {
+        let step = 1e-3 * largest;
+        (self.value(pressure + step) - self.value(pressure - step)) / (2.0 * step)
+    }
+
+    /// What the stated deviation leaves out, for `taxel check`; none if nothing.
+    fn caveat(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+/// What a network made of the signals of a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Inverted {
+    /// Value of each cell, SI; `NaN` where no value gives the signals.
+    pub values: Vec<f64>,
+    /// Standard deviation of each, SI.
+    pub deviations: Vec<f64>,
+    /// Part of each independent signal's noise in each value, a row for each value; empty where
+    /// the errors of the values are independent.
+    pub spread: Vec<Vec<f64>>,
+    /// False if the search did not end.
+    pub converged: bool,
+}
+
+impl Inverted {
+    /// Variance of Σ `weights`·value, SI.
+    pub fn variance_of_sum(&self, weights: &[f64]) -> f64 {
+        if self.spread.is_empty() {
+            let cells = self.deviations.iter().zip(weights);
+            return cells
+                .filter(|(_, w)| **w != 0.0)
+                .map(|(sigma, w)| (w * sigma).powi(2))
+                .sum();
+        }
+        let mut parts = vec![0.0; self.spread[0].len()];
+        for (row, weight) in self.spread.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
+            for (part, share) in parts.iter_mut().zip(row) {
+                *part += weight * share;
+            }
+        }
+        parts.iter().map(|part| part * part).sum()
+    }
+}
+
+/// Values of all cells to the signals of the channels, one for each cell.
+pub trait Network: Stage {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Network>;
+
+    /// What the signals are.
+    fn quantity(&self, of_cell: CellQuantity) -> CellQuantity;
+
+    /// Signals of all channels, SI, at the values of all cells, row by row.
+    fn read(&self, values: &[f64], signals: &mut [f64]);
+
+    /// The values behind `signals` with the deviations `noise`, all SI. On entry `found` has the
+    /// values to start from: those of the frame before.
+    fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted);
+
+    /// Quantities that need the cell's values at rest and at full load, for `taxel check`.
+    fn facts_at(&self, rest: f64, pressed: f64) -> Vec<Fact> {
+        let _ = (rest, pressed);
+        Vec::new()
+    }
+}
+
+/// Signal of a channel to the input of the last stage of the board, and its noise.
+pub trait Readout: Stage {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Readout>;
+
+    /// Input of the last stage, SI, at the signal zero, and per signal: a straight line.
+    fn line(&self) -> [f64; 2];
+
+    /// Noise at the input of the last stage without that of the last stage itself, SI.
+    fn noise(&self) -> f64;
+}
+
+/// What follows a load with a delay: the pressure that a cell feels under a pressure, and back.
+pub trait Memory: fmt::Debug + Send + Sync {
+    /// The pressure that the cell feels, `elapsed` s after the last call.
+    fn respond(&mut self, pressure: f64, elapsed: f64) -> f64;
+
+    /// The pressure on the cell from what it feels, `elapsed` s after the last call, and the
+    /// slope of the one by the other.
+    fn recover(&mut self, felt: f64, elapsed: f64) -> [f64; 2];
+
+    /// Time constants, s.
+    fn times(&self) -> Vec<f64>;
+
+    /// A memory of nothing, of the same law.
+    fn fresh(&self) -> Box<dyn Memory>;
+}

@@ -1,0 +1,279 @@
+//! Arrays of cells, from the sensor file to touch and back, over networks, covers and cells.
+#![allow(clippy::unwrap_used)]
+
+use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
+use taxel::estimation::{State, TouchSession};
+use taxel::sensor::Sensor;
+use taxel::stage::{Chain, Inverted};
+use taxel_numerics::Noise;
+
+use crate::common::{assert_near, table};
+
+/// The shipped mat with another network and its readout.
+fn mat(network: &str, readout: &str) -> Sensor {
+    let text = Sensor::shipped_text("resistive-mat-8x8").unwrap();
+    let without = |text: &str, table: &str| {
+        let (head, rest) = text.split_once(table).unwrap();
+        let rest = rest
+            .split_once("\n[")
+            .map_or(String::new(), |(_, rest)| format!("[{rest}"));
+        format!("{head}{rest}")
+    };
+    let mut text = without(text, "[element.cells.network.zero_potential]");
+    text = without(&text, "[electronics.readout.transimpedance]");
+    if readout.starts_with("measured") {
+        text = without(&text, "[electronics.converter]");
+    }
+    text = text.replace(
+        "[element.cells]\n",
+        &format!("[element.cells]\nnetwork = {network}\n"),
+    );
+    text = text.replace(
+        "[electronics]\n",
+        &format!("[electronics]\nreadout.{readout}\n"),
+    );
+    Sensor::parse("mat.toml", &text).unwrap()
+}
+
+const TRANSIMPEDANCE: &str =
+    "transimpedance = { supply = \"3.3 V\", feedback = \"2 kohm\", noise = \"0.5 mV\" }";
+const DIVIDER: &str =
+    "reference_divider = { supply = \"3.3 V\", reference = \"10 kohm\", noise = \"0.5 mV\" }";
+const OHMS: &str =
+    "measured = { unit = \"ohm\", noise = \"30 ohm\", range = [\"0 ohm\", \"1 Mohm\"] }";
+
+/// Each network with its readout, and the column of the reference with what the board reads.
+fn networks() -> [(Sensor, &'static str); 5] {
+    let zero = |drive: u32, idle: u32, column: u32| {
+        format!(
+            "{{ zero_potential = {{ drive_resistance = \"{drive} ohm\", idle_resistance = \"{idle} ohm\", column_resistance = \"{column} ohm\" }} }}"
+        )
+    };
+    [
+        (mat(&zero(70, 20, 5), TRANSIMPEDANCE), "zero_real [V]"),
+        (mat(&zero(0, 0, 0), TRANSIMPEDANCE), "zero_ideal [V]"),
+        (
+            mat("{ divider = \"grounded\" }", DIVIDER),
+            "divider_grounded [V]",
+        ),
+        (mat("{ divider = \"open\" }", DIVIDER), "divider_open [V]"),
+        (mat("\"floating\"", OHMS), "float [ohm]"),
+    ]
+}
+
+#[test]
+fn every_network_reads_the_reference_matrix_and_is_inverted() {
+    let rows = table("own_resistive_matrix.csv");
+    for (sensor, column) in networks() {
+        let device = sensor.cells().unwrap();
+        let chain = device.chain();
+        for pattern in rows.chunks(64) {
+            let name = format!("{} {column}", pattern[0].text("pattern"));
+            let values: Vec<f64> = pattern
+                .iter()
+                .map(|row| 1.0 / row.at("R_true [ohm]"))
+                .collect();
+            let signals = chain.signals(&values);
+            for (row, signal) in pattern.iter().zip(&signals) {
+                // The reference has its ideal drives as 1e-9 ohm: 1e-9 over 2 kohm.
+                assert_near(chain.input(*signal), row.at(column), 1e-11, 0.0, &name);
+            }
+            let mut found = Inverted {
+                values: chain.values(&[0.0; 64]),
+                ..Inverted::default()
+            };
+            chain.network.invert(&signals, &[1e-15; 64], &mut found);
+            for (found, value) in found.values.iter().zip(&values) {
+                // Rounding of the readings times the noise gain, 67 of the worst pattern.
+                assert_near(*found, *value, 1e-11, 0.0, &name);
+            }
+        }
+    }
+}
+
+/// One frame of a chain under these pressures, Pa, with the noise of its board.
+fn frame(chain: &Chain, pressures: &[f64], sequence: u64, noise: &mut Noise) -> Frame {
+    let sigma = chain.readout.noise().hypot(chain.last.noise());
+    let number = |signal: &f64| {
+        chain
+            .last
+            .deliver(chain.input(*signal) + sigma * noise.normal())
+            .number
+    };
+    Frame {
+        sequence,
+        time_ns: 20_000_000 * sequence,
+        values: chain
+            .respond(pressures)
+            .signals
+            .iter()
+            .map(number)
+            .collect(),
+        ..Frame::default()
+    }
+}
+
+fn session(sensor: &Sensor) -> TouchSession {
+    let script = Stimulus::parse("press", Stimulus::shipped_text("press").unwrap()).unwrap();
+    let stream = Twin::new(sensor, &script, 1).unwrap().stream();
+    sensor.device().unwrap().session(&stream).unwrap()
+}
+
+#[test]
+fn intervals_of_pressures_and_of_the_total_hold_the_truth() {
+    let mut random = Noise::seeded(5);
+    let sensors = networks().map(|(sensor, _)| sensor).into_iter();
+    let sensors = sensors.chain([Sensor::shipped("pressure-chips-1x8").unwrap()]);
+    for sensor in sensors {
+        let device = sensor.cells().unwrap();
+        let chain = device.chain();
+        let name = &sensor.name;
+        let (mut within, mut all, mut total_within, mut totals) = (0_u32, 0_u32, 0_u32, 0_u32);
+        for _ in 0..60 {
+            // A new session for each frame: what is asked is the interval of one frame.
+            let mut session = session(&sensor);
+            let pressed = |_| match random.normal() {
+                weight if weight > 0.0 => (0.2 * weight).min(0.8) * chain.full_scale,
+                _ => 0.0,
+            };
+            let pressures: Vec<f64> = (0..chain.count()).map(pressed).collect();
+            // ... and a new piece of fabrication.
+            let made = device.scattered(&mut || random.normal());
+            let felt = made.felt(&pressures);
+            session
+                .push(&frame(&made, &pressures, 0, &mut random))
+                .unwrap();
+            let touch = session.estimator().touch();
+            for (taxel, felt) in touch.taxels.iter().zip(&felt) {
+                // A value without a deviation is a bound, and is not counted.
+                if taxel.counted && taxel.pressed_deviation().is_finite() {
+                    all += 1;
+                    within += u32::from(
+                        (taxel.pressed() - felt).abs() <= 1.96 * taxel.pressed_deviation(),
+                    );
+                }
+            }
+            if touch.left_out == 0 {
+                let [force, deviation] = touch.pressing_force().unwrap();
+                let truth: f64 = pressures.iter().sum::<f64>() * chain.area();
+                totals += 1;
+                total_within += u32::from((force - truth).abs() <= 1.96 * deviation);
+            }
+        }
+        let share = f64::from(within) / f64::from(all);
+        println!(
+            "{name} {:?}: {share:.3} of {all}; total {total_within} of {totals}",
+            chain.network
+        );
+        // Three standard errors of 95 % of `all`, and the cells of a frame share their noise.
+        let error = 3.0 * (0.95 * 0.05 / f64::from(all)).sqrt() + 0.01;
+        assert!((share - 0.95).abs() < error, "{name}: {share} of {all}");
+        let [held, totals] = [total_within, totals].map(f64::from);
+        // Three standard errors of the binomial distribution.
+        assert!(
+            held >= 0.95 * totals - 3.0 * (0.95 * 0.05 * totals).sqrt(),
+            "{name}: {held} of {totals}"
+        );
+    }
+}
+
+#[test]
+fn three_pressed_corners_make_no_ghost() {
+    let sensor = Sensor::shipped("resistive-mat-8x8").unwrap();
+    let script =
+        Stimulus::parse("mat-ghost", Stimulus::shipped_text("mat-ghost").unwrap()).unwrap();
+    let mut twin = Twin::new(&sensor, &script, 7).unwrap();
+    let mut session = sensor.device().unwrap().session(&twin.stream()).unwrap();
+    session.begin_rest_capture(50);
+    let mut largest: f64 = 0.0;
+    for _ in 0..225 {
+        let Delivery::Frame(frame) = twin.next_delivery() else {
+            continue;
+        };
+        session.push(&frame).unwrap();
+        let touch = session.estimator().touch();
+        if frame.time_ns > 2_600_000_000 {
+            let ghost = touch.taxels[8 + 1];
+            largest = largest.max(ghost.pressed().abs() / ghost.pressed_deviation());
+            assert_eq!(touch.contacts.len(), 3, "at {} ns", frame.time_ns);
+            for corner in [8 + 5, 48 + 5, 48 + 1] {
+                // Cells are made within 5 %; 5 N on a pitch of 10 mm are 50 kPa, m = 0.7.
+                assert_near(touch.taxels[corner].pressed(), 50e3, 0.25, 0.0, "corner");
+            }
+        }
+    }
+    // Of 95 frames one in 500 is beyond 3.1 deviations; 4.5 once in 10^5.
+    assert!(largest < 4.5, "{largest}");
+}
+
+#[test]
+fn a_dead_crossing_is_faulty_and_what_shares_its_lines_says_so() {
+    for (sensor, column) in networks() {
+        let device = sensor.cells().unwrap();
+        let chain = device.chain();
+        let mut session = session(&sensor);
+        let mut random = Noise::seeded(3);
+        let mut pressures = vec![0.0; 64];
+        pressures[27] = 40e3;
+        let mut dead = frame(chain, &pressures, 0, &mut random);
+        dead.values[26] = chain.last.dead();
+        session.push(&dead).unwrap();
+        let touch = session.estimator().touch();
+        assert_eq!(touch.taxels[26].state, State::Faulty, "{column}");
+        assert!(touch.taxels[26].pressed().is_nan());
+        let pressed = touch.taxels[27];
+        if pressed.pressed_deviation().is_finite() {
+            // Five deviations of the model that is linear in what is missing.
+            assert!(
+                (pressed.pressed() - 40e3).abs() < 5.0 * pressed.pressed_deviation(),
+                "{column}: {pressed:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn mistakes_are_shown_at_their_key() {
+    let text = Sensor::shipped_text("resistive-mat-8x8").unwrap();
+    for (from, to, key, message) in [
+        (
+            "rest = \"5 uS\"",
+            "rest = \"5 fF\"",
+            "element.cells.cell.resistor.conductance.rest",
+            "a unit of capacitance; a conductance is needed",
+        ),
+        (
+            "exponent = 0.7",
+            "exponent = 7",
+            "element.cells.cell.resistor.conductance.exponent",
+            "out of range",
+        ),
+        (
+            "rest_conductance = 0.1",
+            "rest = 0.1",
+            "element.cells.fabrication.rest",
+            "no part of this device has a number \"rest\"",
+        ),
+        (
+            "feedback = \"2 kohm\"",
+            "feedback = \"20 kohm\"",
+            "electronics.converter.range",
+            "with one cell at full scale",
+        ),
+        (
+            "full_scale = \"100 kPa\"",
+            "full_scale = \"100 kPa\"\nrelaxaton = []",
+            "element.cells.relaxaton",
+            "unknown field",
+        ),
+    ] {
+        let error = Sensor::parse("mat.toml", &text.replace(from, to)).unwrap_err();
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.to_string().contains(message), "{error}");
+    }
+    let other = text
+        .replace("transimpedance]", "reference_divider]")
+        .replace("feedback", "reference");
+    let error = Sensor::parse("mat.toml", &other).unwrap_err();
+    assert!(error.to_string().contains("transimpedance"), "{error}");
+}
