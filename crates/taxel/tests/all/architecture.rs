@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 /// Files outside the folder of one device that name a variant of `Element`, with how
 /// often: a new kind of element adds arms to the first three, and none to the others,
 /// which ask for one kind alone.
-const NAMED: [(&str, usize); 10] = [
+const NAMED: [(&str, usize); 11] = [
     // Two arms for each kind: its usual script, its key; and the three that are solved.
     ("taxel/src/sensor/mod.rs", 15),
     // Two for each kind: its device, its typed array.
     ("taxel/src/device/of_sensor.rs", 12),
+    // Three that finite elements solve: their predictors, and two load paths.
+    ("taxel-bodies/src/device/mod.rs", 5),
     // Three for each kind: its calibrator, its constants, its uncertain columns; and
     // those that are calibrated alone.
     ("taxel-calibrate/src/devices.rs", 20),
