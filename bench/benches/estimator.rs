@@ -7,8 +7,8 @@ use taxel::acquisition::Frame;
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::sensor::Sensor;
 use taxel::solutions::{Question, Solutions};
-use taxel::transduction::TableOptions;
 use taxel_bench::Scene;
+use taxel_bodies::transduction::TableOptions;
 
 /// The taxel under the finger.
 const CENTRE: usize = 27;
@@ -73,12 +73,11 @@ fn looked_up(criterion: &mut Criterion) {
         let text = text.replacen("rows = 1\ncolumns = 1", "rows = 8\ncolumns = 8", 1);
         let text = text.replacen("frame_rate = \"100 Hz\"", "frame_rate = \"15 Hz\"", 1);
         let drawn = Sensor::parse(name, &text).expect("another size of array");
-        let device = drawn.device().expect("a device");
         let options = TableOptions {
             tolerance: 1e-3,
             ..TableOptions::default()
         };
-        let table = device.tabulate(&options, "bench", &mut |_| {});
+        let table = taxel_bodies::tabulate(&drawn, &options, "bench", &mut |_| {});
         let table = table.expect("a shipped drawing is solved").text();
         let key = "\nmechanics = { table = \"path.json\" }\n\n[array]";
         let text = text.replacen("\n[array]", key, 1);

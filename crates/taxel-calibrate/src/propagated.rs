@@ -1,8 +1,9 @@
 //! Predictions with the standard deviation that a calibration leaves.
 
+use std::sync::Arc;
+
 use crate::file::STEP;
-use taxel::mechanics::SolvedBody;
-use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
+use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor, SolvedBody};
 use taxel::table::{Cell, Column};
 
 /// A predictor that adds to some numbers of its answers their standard
@@ -81,7 +82,7 @@ impl Predictor for Propagated {
         self.centre.pictures(load)
     }
 
-    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
+    fn bodies(&self) -> Result<Vec<Arc<dyn SolvedBody>>, String> {
         self.centre.bodies()
     }
 

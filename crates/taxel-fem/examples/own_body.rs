@@ -1,6 +1,6 @@
 //! A body of one's own: a mesh of Gmsh, a solid, supports, a plate that presses, and the forces.
 //!
-//! Takes the mesh of the soft dome (crates/taxel/problems/dome.msh), prints the force of the plate
+//! Takes the mesh of the soft dome (crates/taxel-bodies/problems/dome.msh), prints the force of the plate
 //! step by step and writes the deformed section to the file named by the second argument (SVG).
 #![allow(clippy::print_stdout, reason = "an example prints its results")]
 

@@ -596,7 +596,7 @@ fn pressed_tube() -> Solver {
 
 /// Tubes beside each other, each on a plate of its own friction.
 fn pressed_tubes(frictions: &[f64]) -> Solver {
-    let mesh = include_str!("../../taxel/tests/bodies/tube.msh");
+    let mesh = include_str!("../../taxel-bodies/tests/bodies/tube.msh");
     let mesh = gmsh::read(mesh).unwrap();
     let names: Vec<String> = (0..frictions.len()).map(|k| format!("tube{k}")).collect();
     let parts: Vec<(&str, &Mesh)> = names.iter().map(|name| (name.as_str(), &mesh)).collect();

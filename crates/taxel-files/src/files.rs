@@ -132,8 +132,7 @@ pub fn predictor(sensor: &Sensor, asked: Option<&Mechanics>) -> Result<Box<dyn P
             let element = sensor.element.key();
             Stop::WrongInput(NoModel { element }.to_string())
         }),
-        Mechanics::Fem => device
-            .field_predictor()
+        Mechanics::Fem => taxel_bodies::field_predictor(&sensor)
             .map_err(|reason| Stop::WrongInput(reason.to_string())),
     }
 }

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::shown;
-use taxel::solutions::{Question, Solutions};
+use taxel::solutions::{Question, Solutions, Solver};
+use taxel_bodies::FiniteElements;
 
 use crate::Stop;
 use crate::hash::sha256;
@@ -75,19 +76,19 @@ fn of_user(variable: &dyn Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
 }
 
 /// The whole text of a file.
-fn whole(question: &Question, solution: &str) -> String {
-    let body = format!("{}\n{solution}\n", question.statement);
+fn whole(statement: &str, solution: &str) -> String {
+    let body = format!("{statement}\n{solution}\n");
     format!("{HEAD}\nsha256 {}\n{body}", sha256(body.as_bytes()))
 }
 
-/// The solution in the text of a file; none if anything is missing or not of this question.
-fn solution<'t>(question: &Question, text: &'t str) -> Option<&'t str> {
+/// The solution in the text of a file; none if anything is missing or not of this statement.
+fn solution<'t>(statement: &str, text: &'t str) -> Option<&'t str> {
     let rest = text.strip_prefix(HEAD)?.strip_prefix("\nsha256 ")?;
     let (hash, body) = rest.split_once('\n')?;
     if sha256(body.as_bytes()) != hash {
         return None;
     }
-    body.strip_prefix(&question.statement)?
+    body.strip_prefix(statement)?
         .strip_prefix('\n')?
         .strip_suffix('\n')
 }
@@ -105,7 +106,7 @@ impl Solutions for Folder {
         let path = self.file(question)?;
         // Nothing kept, or nothing to be read: solved again, which is no error.
         let text = read(&path).ok()?;
-        let found = solution(question, &text);
+        let found = solution(&question.statement, &text);
         if found.is_none() {
             note!(
                 "note: {} is damaged: the {} is solved again",
@@ -127,6 +128,10 @@ impl Solutions for Folder {
             ));
         }
         fs::read_to_string(&path).map_err(failed)
+    }
+
+    fn solver(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(FiniteElements))
     }
 
     fn unreadable(&mut self, question: &Question) {
@@ -163,7 +168,7 @@ impl Solutions for Folder {
         let kept = kept.map_err(failed).and_then(|()| {
             outputs::write_file(&path, Existing::Replaced, |file| {
                 use std::io::Write as _;
-                file.write_all(whole(question, solution).as_bytes())
+                file.write_all(whole(&question.statement, solution).as_bytes())
                     .map_err(|error| Stop::Failed(error.to_string()))
             })
         });
@@ -182,31 +187,22 @@ impl Solutions for Folder {
 mod tests {
     use super::*;
 
-    fn question() -> Question {
-        Question {
-            what: String::from("curve"),
-            statement: String::from("a = 1\nb = 2\n"),
-        }
-    }
+    const STATEMENT: &str = "a = 1\nb = 2\n";
 
     #[test]
     fn a_file_says_what_it_solves_and_shows_damage() {
-        let text = whole(&question(), "[1,2]");
-        assert_eq!(solution(&question(), &text), Some("[1,2]"));
+        let text = whole(STATEMENT, "[1,2]");
+        assert_eq!(solution(STATEMENT, &text), Some("[1,2]"));
         for end in 0..text.len() {
-            assert_eq!(solution(&question(), &text[..end]), None, "{end}");
+            assert_eq!(solution(STATEMENT, &text[..end]), None, "{end}");
         }
         for at in 0..text.len() {
             let mut bytes = text.clone().into_bytes();
             bytes[at] ^= 1;
             let damaged = String::from_utf8_lossy(&bytes);
-            assert_eq!(solution(&question(), &damaged), None, "{at}");
+            assert_eq!(solution(STATEMENT, &damaged), None, "{at}");
         }
-        let other = Question {
-            statement: String::from("a = 2\nb = 2\n"),
-            ..question()
-        };
-        assert_eq!(solution(&other, &text), None);
+        assert_eq!(solution("a = 2\nb = 2\n", &text), None);
     }
 
     #[test]

@@ -24,11 +24,12 @@ pub struct StudyText {
 /// A file that cannot be read.
 pub fn text(path: &Path) -> Result<StudyText, Stop> {
     let name = shown::path(path);
-    let shipped = taxel_study::shipped_text(&name).or(taxel::design::Study::shipped_text(&name));
+    let shipped =
+        taxel_study::shipped_text(&name).or(taxel_bodies::design::Study::shipped_text(&name));
     let text = match shipped {
         Some(text) if !path.exists() => text.to_owned(),
         _ => files::text(path).map_err(|stop| {
-            let sections = taxel::design::Study::shipped_names();
+            let sections = taxel_bodies::design::Study::shipped_names();
             let names = sections.chain(taxel_study::shipped_names());
             files::with_shipped_names(stop, path, "study", names)
         })?,

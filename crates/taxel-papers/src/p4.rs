@@ -1,7 +1,6 @@
 //! P4: the liquid-metal microchannel array.
 
 use crate::ledger::Ours;
-use taxel::design::Study;
 use taxel::device::{MicrochannelArray, MicrochannelPredictor};
 use taxel::electronics::{Stage, VoltageDivider};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
@@ -11,6 +10,7 @@ use taxel::mechanics::{
 };
 use taxel::sensor::Sensor;
 use taxel::transduction::mean_inverse_area_ratio;
+use taxel_bodies::design::Study;
 
 const KILOPASCAL: f64 = 1e3;
 

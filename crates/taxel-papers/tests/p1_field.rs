@@ -3,7 +3,8 @@
 
 use taxel::mechanics::{ElectrodeStiffness, LayerKinematics};
 use taxel::sensor::Sensor;
-use taxel::transduction::{FieldState, InPlaneModel, SolvedInPlane};
+use taxel::transduction::InPlaneModel;
+use taxel_bodies::transduction::{FieldState, SolvedInPlane};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::study::layer::{Layer, LayerDivision, LayerStudy, SideFace};
 use taxel_papers::Paper;

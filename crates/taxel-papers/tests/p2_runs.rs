@@ -1,8 +1,8 @@
 //! Runs of `papers/p2.toml`: finite elements of the three-axis unit.
 #![allow(clippy::unwrap_used)]
 
-use taxel::mechanics::{BlockDivision, UnitSolution};
 use taxel::sensor::Sensor;
+use taxel_bodies::mechanics::{BlockDivision, ElasticUnit, UnitSolution};
 use taxel_papers::Paper;
 
 /// On few cells.
@@ -15,7 +15,7 @@ fn crosstalk_of_the_shipped_drawing() {
         ..UnitSolution::default()
     };
     let drawing = array.unit_drawing();
-    let found = drawing.crosstalk(&solution).unwrap();
+    let found = ElasticUnit { drawing, solution }.crosstalk().unwrap();
     let stored = &Paper::P2.table().run("crosstalk").unwrap().values;
     for (name, found) in [
         ("near_z", found.normal[0]),
@@ -40,8 +40,8 @@ fn first_touch_of_a_pressed_unit() {
         division: BlockDivision::COARSE,
         ..UnitSolution::default()
     };
-    let found = drawing.press((modulus, 2.7), &solution, (40e-3, 4), &mut |_| ());
-    let found = found.unwrap();
+    let found = ElasticUnit { drawing, solution }.press((modulus, 2.7), (40e-3, 4), &mut |_| ());
+    let (found, _) = found.unwrap();
     let touch = found.touch.unwrap();
     let stored = &Paper::P2.table().run("first_touch").unwrap().values;
     assert!(

@@ -1,11 +1,11 @@
 //! Runs of `papers/p4.toml`: finite elements of the liquid-metal array.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use taxel::design::{SectionState, Study, sweep};
-use taxel::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
+use taxel_bodies::design::{SectionState, Study, sweep};
+use taxel_bodies::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_papers::{Paper, Run};
@@ -16,7 +16,7 @@ fn run(id: &str) -> &'static Run {
 
 /// Number of the column `name` when `sensor` is solved under `load`.
 fn solved(sensor: &Sensor, load: &str) -> impl Fn(&str) -> f64 + use<> {
-    let mut predictor = sensor.device().unwrap().field_predictor().unwrap();
+    let mut predictor = taxel_bodies::field_predictor(sensor).unwrap();
     let loads = Loads::one(load, predictor.load_columns()).unwrap();
     assert_eq!(predictor.combination(&loads.given.columns), Ok(()));
     assert_eq!(predictor.prepare(&loads, &mut |_| {}).unwrap(), None);

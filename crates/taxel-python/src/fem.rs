@@ -6,7 +6,9 @@ use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use taxel::mechanics::microchannel_cell::{Closure, Filling, VoidStudy as Posed, WallContact};
+use taxel_bodies::mechanics::microchannel_cell::{
+    Closure, Filling, VoidStudy as Posed, WallContact,
+};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 
 use crate::body::{Solid, material, meshed};

@@ -1,7 +1,6 @@
 //! What may be asked of a design.
 
 use taxel::InputError;
-use taxel::design::{self, DrawnSection, SectionRow, SectionState};
 use taxel::device::{Device, PlaceInformation, PlacedContact};
 use taxel::estimation::{Outcome as SearchOutcome, SearchOptions, estimate_unit};
 use taxel::information::{Information, InformationOptions, NoInformation, RadiusKnowledge};
@@ -11,6 +10,7 @@ use taxel::quantity::{self, Dimension};
 use taxel::sensor::Sensor;
 use taxel::summary::{self, Fact};
 use taxel::table::{Cell, Column};
+use taxel_bodies::design::{self, DrawnSection, SectionRow, SectionState};
 
 use crate::exponents::Exponents;
 use crate::file::{AfterFile, AnswerFile, MechanicsFile, RadiusFile, Source, Take};
@@ -392,13 +392,17 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
     Ok((Kind::Check(written.quantity.clone()), column, word))
 }
 
-fn predictor_of(device: &dyn Device, mechanics: &Mechanics) -> Result<Box<dyn Predictor>, String> {
+fn predictor_of(
+    sensor: &Sensor,
+    device: &dyn Device,
+    mechanics: &Mechanics,
+) -> Result<Box<dyn Predictor>, String> {
     match mechanics {
         // A table is read like a closed form.
         Mechanics::ClosedForm | Mechanics::Table(_) => device
             .predictor()
             .ok_or_else(|| String::from("this element has no model to predict with")),
-        Mechanics::Fem => device.field_predictor().map_err(|error| error.to_string()),
+        Mechanics::Fem => taxel_bodies::field_predictor(sensor).map_err(|error| error.to_string()),
     }
 }
 
@@ -435,7 +439,7 @@ fn prediction(
         help: String::new(),
     })?;
     let asked = mechanics_of(mechanics.as_ref(), sensor)?;
-    let predictor = predictor_of(device.as_ref(), asked);
+    let predictor = predictor_of(sensor, device.as_ref(), asked);
     let predictor = predictor.map_err(|message| Wrong {
         key: "of",
         message,
@@ -567,7 +571,7 @@ impl Prediction {
         };
         let mut own = None;
         let predictor: &mut Box<dyn Predictor> = if *mechanics == Mechanics::Fem {
-            match predictor_of(device, mechanics) {
+            match predictor_of(context.sensor, device, mechanics) {
                 Ok(predictor) => own.insert(predictor),
                 Err(why) => return Outcome::Outside(why),
             }

@@ -3,9 +3,10 @@
 //! The same random numbers as in [`crate::tolerance`]: normal, cut at three standard deviations as
 //! the twin cuts them, from a seed.
 
+use std::sync::Arc;
+
 use taxel::device::Device;
-use taxel::mechanics::SolvedBody;
-use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
+use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor, SolvedBody};
 use taxel::table::{Cell, Column};
 
 use crate::plans::{draw, seeded};
@@ -123,7 +124,7 @@ impl Predictor for MadeDevices {
         self.drawn.pictures(load)
     }
 
-    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
+    fn bodies(&self) -> Result<Vec<Arc<dyn SolvedBody>>, String> {
         self.drawn.bodies()
     }
 

@@ -10,8 +10,8 @@ mod common;
 
 use std::path::Path;
 
-use taxel::design::MicrochannelSections;
 use taxel::table::{self, Cell, Column};
+use taxel_bodies::design::MicrochannelSections;
 use taxel_study::plans::sobol;
 use taxel_study::run::Runner;
 use taxel_study::study::Status;
@@ -181,7 +181,7 @@ fn in_schema_2(sections: &MicrochannelSections) -> String {
         list(sections.covers.values(), 1e6, "um"),
         list(sections.pressures.values(), 1e-3, "kPa"),
     );
-    let columns = taxel::design::columns();
+    let columns = taxel_bodies::design::columns();
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     let answer = |quantity: &&str| {
         format!(
@@ -205,16 +205,16 @@ fn in_schema_2(sections: &MicrochannelSections) -> String {
 
 /// Compares the two tables as CSV, byte for byte: their states. Rows with a length that no text in
 /// micrometres gives to the last bit (equal steps in metres: 0.00014000000000000001) agree to ten digits.
-fn same_bytes(shipped: &taxel::design::Study) -> Vec<String> {
+fn same_bytes(shipped: &taxel_bodies::design::Study) -> Vec<String> {
     let sections = &shipped.microchannel_sections;
     let sensor = taxel::sensor::Sensor::shipped(&shipped.sensor).unwrap();
     let element = sensor.microchannels().unwrap().element;
-    let swept = taxel::design::sweep(sections, element, sensor.array.pitch[0], &|_, _| true);
+    let swept = taxel_bodies::design::sweep(sections, element, sensor.array.pitch[0], &|_, _| true);
     let csv = |columns: &[Column], cells: &[Vec<Cell>]| {
         table::render(table::Format::Csv, &serde_json::Map::new(), columns, cells)
     };
-    let cells = taxel::design::cells(&swept);
-    let before = csv(&taxel::design::columns(), &cells);
+    let cells = taxel_bodies::design::cells(&swept);
+    let before = csv(&taxel_bodies::design::columns(), &cells);
 
     let study = study_of(&in_schema_2(sections));
     let points = designs(&study, None).unwrap();
@@ -254,8 +254,8 @@ fn same_bytes(shipped: &taxel::design::Study) -> Vec<String> {
 
 #[test]
 fn the_sweep_of_p4_in_schema_2_gives_the_same_bytes() {
-    let text = taxel::design::Study::shipped_text("p4-sections").unwrap();
-    let mut sweep = taxel::design::Study::parse("p4-sections", text).unwrap();
+    let text = taxel_bodies::design::Study::shipped_text("p4-sections").unwrap();
+    let mut sweep = taxel_bodies::design::Study::parse("p4-sections", text).unwrap();
     let sections = &mut sweep.microchannel_sections;
     // A height with more digits than a drawing has, as the third of the equal steps.
     let third = sections.heights.values()[2];
@@ -275,8 +275,8 @@ fn the_sweep_of_p4_in_schema_2_gives_the_same_bytes() {
 #[test]
 #[ignore = "two minutes: cargo test --release -p taxel-study --test references -- --ignored all_hundred"]
 fn all_hundred_sections_of_p4_in_schema_2_give_the_same_bytes() {
-    let text = taxel::design::Study::shipped_text("p4-sections").unwrap();
-    let shipped = taxel::design::Study::parse("p4-sections", text).unwrap();
+    let text = taxel_bodies::design::Study::shipped_text("p4-sections").unwrap();
+    let shipped = taxel_bodies::design::Study::parse("p4-sections", text).unwrap();
     assert_eq!(same_bytes(&shipped).len(), 1000);
 }
 

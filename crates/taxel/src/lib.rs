@@ -8,15 +8,14 @@
 pub mod acquisition;
 pub mod calibration;
 pub mod contacts;
-pub mod design;
 pub mod device;
 pub mod electronics;
 pub mod estimation;
 pub mod information;
 pub mod layout;
 pub mod mechanics;
+mod of_drawing;
 pub mod predict;
-pub mod problem;
 pub mod sensor;
 pub mod signal;
 pub mod simulator;

@@ -2,11 +2,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use taxel::InputError;
 use taxel::device::Device;
-use taxel::mechanics::{Mechanics, SolvedBody};
-use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal};
+use taxel::mechanics::Mechanics;
+use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal, SolvedBody};
 use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel_study::made::{DEVICES, MadeDevices};
@@ -112,7 +113,7 @@ fn no_grid_in(folder: &Path, existing: Existing) -> Result<(), Stop> {
 }
 
 /// Files of the bodies that were solved.
-fn grids(folder: &Path, bodies: &[SolvedBody]) -> Result<Vec<(PathBuf, String)>, Stop> {
+fn grids(folder: &Path, bodies: &[Arc<dyn SolvedBody>]) -> Result<Vec<(PathBuf, String)>, Stop> {
     if bodies.is_empty() {
         let message = "--vtu: nothing was solved by finite elements: add --mechanics fem and a load, and name a sensor \
                        whose mechanics is solved that way (an in_plane_capacitor, a microchannel, or a three_axis_capacitor whose \
@@ -120,11 +121,11 @@ fn grids(folder: &Path, bodies: &[SolvedBody]) -> Result<Vec<(PathBuf, String)>,
         return Err(Stop::WrongInput(message.into()));
     }
     let several = bodies.len() > 1;
-    let file = |(number, body): (usize, &SolvedBody)| {
+    let file = |(number, body): (usize, &Arc<dyn SolvedBody>)| {
         let name = if several {
-            format!("{}-{}.vtu", body.name, number + 1)
+            format!("{}-{}.vtu", body.name(), number + 1)
         } else {
-            format!("{}.vtu", body.name)
+            format!("{}.vtu", body.name())
         };
         let text = body
             .vtu()
@@ -232,7 +233,7 @@ fn plot(
     title: &str,
     predictor: &dyn Predictor,
     loads: &Loads,
-    bodies: &[SolvedBody],
+    bodies: &[Arc<dyn SolvedBody>],
 ) -> Result<String, Stop> {
     let html = files::is_page(path)?;
     let figure = predict::figure(title, predictor, loads).map_err(|refused| {
@@ -244,10 +245,10 @@ fn plot(
     let solved = bodies
         .iter()
         .map(|body| {
-            let title = format!("Deformed body ({})", body.load);
+            let title = format!("Deformed body ({})", body.load());
             Ok((title, body.picture()?))
         })
-        .collect::<Result<Vec<_>, taxel_fem::output::OutputError>>()
+        .collect::<Result<Vec<_>, String>>()
         .map_err(|error| Stop::Failed(format!("--plot: {error}")))?;
     // Of a table of loads, the last one.
     let last = loads.len().checked_sub(1);

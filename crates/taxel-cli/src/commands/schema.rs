@@ -1,9 +1,9 @@
 //! `taxel schema`.
 
 use taxel::acquisition::Stimulus;
-use taxel::problem::ProblemFile;
 use taxel::sensor::Sensor;
 use taxel_board::Board;
+use taxel_bodies::problem::ProblemFile;
 use taxel_study::file::StudyFile;
 
 use crate::arguments::{Schema, SchemaOf};

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
-use taxel::problem::{Body, Ended, ProblemFile};
 use taxel::shown;
 use taxel::table;
+use taxel_bodies::problem::{Body, Ended, ProblemFile};
 use taxel_files::{COMMIT, VERSION};
 
 use crate::arguments::Solve;

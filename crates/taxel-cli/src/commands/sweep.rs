@@ -5,10 +5,10 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
 use serde_json::{Map, Value};
-use taxel::design::{self, MicrochannelSections, SectionRow, Study};
 use taxel::sensor::{Element, Microchannel};
 use taxel::shown;
 use taxel::table;
+use taxel_bodies::design::{self, MicrochannelSections, SectionRow, Study};
 
 use taxel_study::store::Store;
 use taxel_study::study::{Row, Status, header};

@@ -1,8 +1,9 @@
 //! `taxel tabulate`: the load path of a sensor by finite elements as a table.
 
-use taxel::device::NotTabulated;
 use taxel::table::{self, Cell, Column};
-use taxel::transduction::{Leaps, NoTable, PathTable, TableOptions};
+use taxel::transduction::PathTable;
+use taxel_bodies::NotTabulated;
+use taxel_bodies::transduction::{Leaps, NoTable, TableOptions};
 use taxel_files::{COMMIT, VERSION};
 
 use crate::arguments::Tabulate;
@@ -14,7 +15,6 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     let outputs = [("--output", Some(&arguments.output))];
     outputs::check(&outputs, &[&arguments.sensor], existing)?;
     let named = files::sensor(&arguments.sensor)?;
-    let device = files::device(&named.sensor)?;
     let mut options = TableOptions::default();
     if let Some(tolerance) = arguments.tolerance {
         options.tolerance = tolerance;
@@ -23,7 +23,8 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     let program = format!("taxel {VERSION} {COMMIT}");
     let mut progress = Progress::new("solving the load path");
     interrupt::leave_nothing_unfinished();
-    let table = device.tabulate(&options, &program, &mut |fraction| progress.at(fraction));
+    let heard = &mut |fraction| progress.at(fraction);
+    let table = taxel_bodies::tabulate(&named.sensor, &options, &program, heard);
     progress.end();
     let table = table.map_err(|error| match error {
         NotTabulated::NoTable(NoTable::Field(error)) => {

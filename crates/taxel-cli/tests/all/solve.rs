@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::common::{done as answered, refused_with as refused, taxel};
 use crate::python::python;
 use serde_json::Value;
-use taxel::problem::ProblemFile;
+use taxel_bodies::problem::ProblemFile;
 
 /// An empty folder for a test.
 fn folder(test: &str) -> PathBuf {
@@ -228,7 +228,7 @@ fn a_solution_goes_on_where_it_was_stopped() {
 #[test]
 fn contacts_that_go_to_corners_and_bodies_that_jump_are_told() {
     let folder = folder("tube");
-    let bodies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/tests/bodies");
+    let bodies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel-bodies/tests/bodies");
     fs::copy(bodies.join("tube.msh"), folder.join("tube.msh")).unwrap();
     let tube = fs::read_to_string(bodies.join("tube.toml")).unwrap();
     let solved = |friction: &str, multipliers: &str| {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::common::{done as answered, refused_with as refused, taxel};
 use serde_json::Value;
-use taxel::design::Study;
 use taxel::sensor::Sensor;
+use taxel_bodies::design::Study;
 
 /// An empty folder for a test.
 fn folder(test: &str) -> PathBuf {

@@ -208,7 +208,7 @@ fn runs_live(sensor: &str) {
 
 /// A sensor file beside the kept table of its layers of microchannels.
 fn channels(folder: &Folder) -> String {
-    let table = include_str!("../../../taxel/tests/tables/liquid-metal-2x4.json");
+    let table = include_str!("../../../taxel-bodies/tests/tables/liquid-metal-2x4.json");
     fs::write(folder.path("path.json"), table).unwrap();
     let sensor = folder.path("mine.toml");
     let shipped = include_str!("../../../taxel/sensors/liquid-metal-2x4.toml");

@@ -25,17 +25,14 @@ use crate::quantity::{CAPACITANCE, Dimension, FORCE};
 use crate::sensor::{Broken, Sensor, require};
 use crate::summary::{Fact, fact, number, text};
 use crate::table::{Cell, Column};
-use crate::transduction::{NoTable, PathTable, TableOptions};
+use crate::transduction::PathTable;
 
 pub use chain::{ChainDevice, ChainPredictor, ChainReader, Registry};
-pub use in_plane_capacitor::{
-    InPlaneArray, InPlaneFieldPrediction, InPlaneFieldPredictor, InPlaneLoadState,
-    InPlanePrediction, InPlanePredictor,
-};
+pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
 pub use measured_force::{MeasuredForceArray, MeasuredForcePrediction, MeasuredForcePredictor};
 pub use microchannel::{
-    LayerAnswer, LayerState, MicrochannelArray, MicrochannelFieldPredictor, MicrochannelPrediction,
-    MicrochannelPredictor, PartAnswer,
+    LAYERS, LayerAnswer, LayerState, MicrochannelArray, MicrochannelPrediction,
+    MicrochannelPredictor, PartAnswer, loads as microchannel_loads,
 };
 pub use piezoelectric::{
     Drive, PiezoelectricArray, PiezoelectricPredictor, PlaceInformation, PlacedContact, TestAnswer,
@@ -44,47 +41,6 @@ pub use three_axis_capacitor::{
     CapacitanceParts, LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor,
 };
 pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
-
-/// Why the mechanics of a device is not solved by finite elements.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NotSolvable {
-    /// No device of this kind is.
-    #[error("this kind of device has no mechanics by finite elements; use --mechanics closed-form")]
-    Kind,
-    /// Its stiffness does not follow from its drawing.
-    #[error(
-        "suspension.stiffness is typed in, so that nothing is left to solve by finite elements\n\
-         help: replace stiffness, tile_tilt and bump_sinking by a table suspension.from_drawing with the modulus of \
-         the elastomer, or use --mechanics closed-form"
-    )]
-    TypedIn,
-    /// Its stiffness is that of a calibration.
-    #[error(
-        "the stiffness is calibrated, so that nothing is left to solve by finite elements; use --mechanics closed-form, \
-         or leave the calibration out"
-    )]
-    Calibrated,
-    /// Finite elements do not solve its drawing.
-    #[error("{0}")]
-    Drawing(String),
-}
-
-/// Why the solved load path of a device is not tabulated.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum NotTabulated {
-    /// Its closed form is what a table would have.
-    #[error(
-        "the closed form of this kind of device needs no table: there is no way to solve beforehand\n\
-         help: leave mechanics out of the sensor file"
-    )]
-    ClosedForm,
-    /// Finite elements do not solve its drawing.
-    #[error("{0}")]
-    Drawing(String),
-    /// The solver.
-    #[error(transparent)]
-    NoTable(#[from] NoTable),
-}
 
 /// A soft cover over square elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,14 +73,6 @@ pub trait Device {
     /// Loads in, electrical response out; none for a device of which nothing
     /// follows ([`crate::sensor::NoModel`]).
     fn predictor(&self) -> Option<Box<dyn Predictor>>;
-
-    /// The same by finite elements of the drawing.
-    ///
-    /// # Errors
-    /// [`NotSolvable`] for a device whose mechanics is not solved that way.
-    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
-        Err(NotSolvable::Kind)
-    }
 
     /// Loads at which [`Device::information`] is asked for; none for a device without it.
     fn information_loads(&self) -> &'static [LoadColumn] {
@@ -183,21 +131,6 @@ pub trait Device {
     /// one for all, with the number of these.
     fn lists(&self) -> &'static [(&'static str, usize)] {
         &[]
-    }
-
-    /// The way by finite elements of the drawing as a table; `program` is what makes it, `progress`
-    /// hears the fraction.
-    ///
-    /// # Errors
-    /// [`NotTabulated`] for a device that needs or has no such table, and what stops the solver.
-    fn tabulate(
-        &self,
-        options: &TableOptions,
-        program: &str,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<PathTable, NotTabulated> {
-        let _ = (options, program, progress);
-        Err(NotTabulated::ClosedForm)
     }
 
     /// Soft cover that spreads a contact over the elements; none for a device whose contacts press

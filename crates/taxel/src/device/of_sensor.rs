@@ -45,17 +45,7 @@ impl Sensor {
     /// # Errors
     /// As [`Self::parse`], and a drawing that has no solution.
     ///
-    /// # Example: a channel that no table has
-    /// ```no_run
-    /// use taxel::sensor::Sensor;
-    /// use taxel::solutions::Afresh;
-    /// # let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
-    /// let text = text.replace("roof = \"140 um\"", "roof = \"150 um\"");
-    /// assert!(Sensor::parse("mine.toml", &text).is_err());
-    /// // Seconds.
-    /// let sensor = Sensor::parse_with("mine.toml", &text, &mut Afresh)?;
-    /// # Ok::<(), taxel::InputError>(())
-    /// ```
+    /// `taxel_bodies::Afresh` solves it by finite elements.
     pub fn parse_with(
         file: &str,
         text: &str,

@@ -126,7 +126,7 @@ fn short_layer(aspect: f64, compression: f64) -> f64 {
 
 impl EndCondition {
     /// Its key in a sensor file.
-    pub(crate) fn key(&self) -> &'static str {
+    pub fn key(&self) -> &'static str {
         match self {
             Self::Free => "free",
             Self::ShortLayer => "short_layer",

@@ -763,7 +763,7 @@ impl PressureLaw {
 
 /// Straight lines through `points`; zero at rest volume and above, the last
 /// pressure below the last volume.
-pub(super) fn tabulated_pressure(points: &[LiquidPoint], volume_ratio: f64) -> f64 {
+pub fn tabulated_pressure(points: &[LiquidPoint], volume_ratio: f64) -> f64 {
     let last = points.last().map_or(0.0, |point| point.pressure);
     if volume_ratio >= 1.0 {
         return 0.0;

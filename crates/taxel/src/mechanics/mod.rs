@@ -4,7 +4,6 @@ mod bent_unit;
 mod bonded_disc;
 mod choice;
 mod compressed_layer;
-pub mod crossing_microchannels;
 mod elastic_unit;
 mod electrodes;
 mod end_condition;
@@ -15,22 +14,18 @@ mod layer_range;
 mod layered_cover;
 mod material;
 mod microchannel;
-pub mod microchannel_block;
-pub mod microchannel_cell;
 mod plate;
 mod preload;
 mod profile;
 mod relaxation;
 mod seated_element;
 mod soft_cover;
-mod solved_block;
-mod solved_body;
 mod solved_cell;
 mod solved_unit;
-mod solved_voids;
 mod sphere_on_layer;
 mod suspension;
 mod tabulated_cells;
+mod void_stack;
 
 pub use bent_unit::{BENDING_ERROR, BentGap};
 pub use bonded_disc::{BondedDisc, DiscGrip, DiscPressure, LayerRim, OutsideDiscTable};
@@ -56,7 +51,7 @@ pub use material::{Hyperelastic, LinearElastic, MooneyRivlin};
 pub use microchannel::{
     AlongChannel, CellGeometry, ClosingCurve, ClosingPoint, ClosingState, CurveSource, LiquidPoint,
     MicrochannelClosed, MicrochannelError, MicrochannelSection, MicrochannelShape, PaperLaw,
-    PressureLaw, SectionClosure, SectionShape, SettledChannel, Stretch,
+    PressureLaw, SectionClosure, SectionShape, SettledChannel, Stretch, tabulated_pressure,
 };
 pub use plate::{Plate, PlateMotion, bending_stiffness};
 pub use preload::{LayerLaw, PreloadError, Preloaded, SoftLayer};
@@ -68,15 +63,8 @@ pub use soft_cover::{
     half_space_shear_transmission, half_space_transmission, layer_shear_transmission,
     layer_transmission,
 };
-pub use solved_block::{LocalLoad, LocalLoads, MicrochannelBlock, SolvedBlock};
-pub use solved_body::SolvedBody;
 pub use solved_cell::SolvedCell;
-pub(crate) use solved_cell::{void_cell, void_study};
-pub use solved_unit::{
-    BlockDivision, Crosstalk, Pressed, PressedUnit, SolvedStiffness, SolvedUnit, TopForce,
-    UnitSolution,
-};
-pub(crate) use solved_voids::{Fineness, filling as fillings, solid as solids};
-pub use solved_voids::{NotSolved, SolvedLayer, SolvedVoids, VoidStack};
+pub use solved_unit::{Pressed, PressedUnit, SolvedStiffness};
 pub use sphere_on_layer::SpherePressure;
 pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};
+pub use void_stack::VoidStack;

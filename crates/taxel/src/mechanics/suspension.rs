@@ -7,10 +7,10 @@ use taxel_numerics::dense;
 
 use super::elastic_unit::{ElasticDescription, OutsideUnit, UnitCompliance, UnitDrawing};
 use super::solved_unit::SolvedStiffness;
+use crate::of_drawing::OfDrawing;
 use crate::quantity::{
     self, Checked, Fraction, OneOrList, PositiveLength, PositiveStiffness, Ratio,
 };
-use crate::solutions::OfDrawing;
 
 /// Side of each capacitor 11, 12, 21, 22 along x: `1j` is at -x, `i2` at +x.
 pub const SIDE_X: [f64; 4] = [-1.0, 1.0, -1.0, 1.0];

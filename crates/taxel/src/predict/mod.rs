@@ -3,8 +3,9 @@
 mod batch;
 mod loads;
 
+use std::sync::Arc;
+
 use crate::figure::{Axis, Chart, Figure, Series, Style};
-use crate::mechanics::SolvedBody;
 use crate::quantity::Dimension;
 use crate::table::{Cell, Column};
 
@@ -81,7 +82,7 @@ pub trait Predictor: Send + Sync {
     ///
     /// # Errors
     /// A sentence when one of them has no solution.
-    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
+    fn bodies(&self) -> Result<Vec<Arc<dyn SolvedBody>>, String> {
         Ok(Vec::new())
     }
 
@@ -98,6 +99,28 @@ pub trait Predictor: Send + Sync {
         let _ = load;
         None
     }
+}
+
+/// A deformed body with its stresses, at one load.
+pub trait SolvedBody: Send + Sync {
+    /// Name of its file, without an ending.
+    fn name(&self) -> &str;
+
+    /// Its load, in words.
+    fn load(&self) -> &str;
+
+    /// The body as an unstructured grid of VTK, which ParaView reads: the undeformed mesh with
+    /// the displacement in m, and the von Mises and the mean stress of each cell in Pa.
+    ///
+    /// # Errors
+    /// A sentence; never of a body that was solved.
+    fn vtu(&self) -> Result<String, String>;
+
+    /// The deformed section, or a face of a body in space, with its von Mises stress (SVG).
+    ///
+    /// # Errors
+    /// A sentence; never of a body that was solved.
+    fn picture(&self) -> Result<String, String>;
 }
 
 /// One thing that a load may name: a column of a table of loads, or a word of

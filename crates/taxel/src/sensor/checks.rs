@@ -281,8 +281,8 @@ fn check_mask(sensor: &Sensor) -> Result<(), Broken> {
     Ok(())
 }
 
-/// A length for people.
-pub(crate) fn micrometres(length: f64) -> String {
+/// A length in m for people, um.
+pub fn micrometres(length: f64) -> String {
     format!("{} um", rounded(length * 1e6))
 }
 

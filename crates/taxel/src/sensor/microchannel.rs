@@ -285,7 +285,7 @@ impl Microchannel {
     ///
     /// # Errors
     /// A sentence for a drawing that is not solved.
-    pub(crate) fn void_stack(&self, pitch: [f64; 2]) -> Result<VoidStack, String> {
+    pub fn void_stack(&self, pitch: [f64; 2]) -> Result<VoidStack, String> {
         let [along_x, along_y] = pitch;
         if self.liquid.initial_pressure.is_some() {
             return Err(String::from(
@@ -317,7 +317,7 @@ impl Microchannel {
     ///
     /// # Errors
     /// As [`Microchannel::void_stack`].
-    pub(crate) fn drawn_layers(&self, pitch: [f64; 2]) -> Result<DrawnLayers, String> {
+    pub fn drawn_layers(&self, pitch: [f64; 2]) -> Result<DrawnLayers, String> {
         Ok(DrawnLayers {
             stack: self.void_stack(pitch)?,
             position: self.position(),

@@ -36,10 +36,10 @@ pub use three_axis_capacitor::{CalibratedUnit, Fabrication, Outline, ThreeAxisCa
 
 pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
-pub use checks::Broken;
+pub use checks::{Broken, micrometres};
 pub(crate) use checks::{
-    SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, micrometres, require,
-    rounded_down, rounded_up,
+    SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, require, rounded_down,
+    rounded_up,
 };
 pub(crate) use mask::table as masked_capacitors;
 

@@ -4,13 +4,14 @@ use super::path_table::{Contents, Course, PathTable, PathVariable};
 use crate::mechanics::{CompressedLayer, DeformedElectrodes, LARGEST_COMPRESSION};
 
 /// Numbers of a node.
-pub(super) const NUMBERS: usize = 5;
-/// Places of two of them.
-pub(super) const STRESS: usize = 0;
-pub(super) const CAPACITANCE: usize = 4;
+pub const NUMBERS: usize = 5;
+/// Index of the mean stress among them, Pa.
+pub const STRESS: usize = 0;
+/// Index of the capacitance, F.
+pub const CAPACITANCE: usize = 4;
 
 /// What the table of an in-plane sensor holds.
-pub(super) static CONTENTS: Contents = Contents {
+pub static CONTENTS: Contents = Contents {
     device: "in_plane_capacitor",
     variable: PathVariable {
         name: "compression",

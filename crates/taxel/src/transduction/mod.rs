@@ -1,20 +1,16 @@
 //! Deformation to electrical response.
 
 mod coplanar_capacitor;
-pub mod electrode_section;
-mod in_plane_field;
 mod in_plane_inverse;
 mod in_plane_model;
-mod in_plane_path;
+mod in_plane_statement;
 mod in_plane_study;
-mod in_plane_table;
+pub mod in_plane_table;
 mod line_network;
 mod microchannel;
-mod microchannel_path;
-mod path_solution;
-mod path_table;
+pub mod microchannel_table;
+pub mod path_table;
 mod piezoelectric;
-mod section_solution;
 mod solved_edges;
 mod solved_section;
 mod surroundings;
@@ -24,7 +20,6 @@ mod tilted_plate;
 mod unit_model;
 
 pub use coplanar_capacitor::{Dielectric, PublishedFringe, coplanar_strips, facing_sides};
-pub use in_plane_field::{FieldState, NoField, SolvedInPlane};
 pub use in_plane_inverse::{ForceCurve, InPlaneInverse, Turning};
 pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneState, PublishedFit};
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
@@ -33,8 +28,7 @@ pub use line_network::{IdleLines, Inverse, Line, LineFault, LineNetwork, Network
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
-pub use microchannel_path::{DrawnLayers, LayersTable};
-pub use path_solution::{Leaps, NoTable, TableOptions};
+pub use microchannel_table::{DrawnLayers, LayersTable};
 pub use path_table::{PathTable, PathVariable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
@@ -44,8 +38,8 @@ pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
 pub use tile_edges::{
-    DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSection, EdgeSlopes,
-    INNER_DISTANCE, OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
+    DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSlopes, INNER_DISTANCE,
+    OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
 };
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
 pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};

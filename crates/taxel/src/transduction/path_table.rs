@@ -11,21 +11,21 @@ use serde::{Deserialize, Serialize};
 /// Version of the format.
 const FORMAT: u32 = 2;
 /// Quantities whose errors a table states.
-pub(super) const ERRORS: usize = 2;
+pub const ERRORS: usize = 2;
 
 /// What tables of one kind of device hold.
 #[derive(Debug)]
-pub(super) struct Contents {
+pub struct Contents {
     /// Key of the element in a sensor file.
-    pub(super) device: &'static str,
+    pub device: &'static str,
     /// What rises from node to node.
-    pub(super) variable: PathVariable,
+    pub variable: PathVariable,
     /// Its largest value.
-    pub(super) largest: f64,
+    pub largest: f64,
     /// The numbers of a node.
-    pub(super) numbers: &'static [(&'static str, Course)],
+    pub numbers: &'static [(&'static str, Course)],
     /// Quantities whose errors are stated, as shares of full scale.
-    pub(super) errors: [&'static str; ERRORS],
+    pub errors: [&'static str; ERRORS],
 }
 
 /// What a load path is followed by.
@@ -43,7 +43,7 @@ pub struct PathVariable {
 
 /// How a number of a node goes on along the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Course {
+pub enum Course {
     /// Rising.
     Rising,
     /// Positive and falling.
@@ -67,7 +67,7 @@ pub struct TableErrors {
 }
 
 /// A solved state: its load and its numbers.
-pub(super) type State = (f64, Vec<f64>);
+pub type State = (f64, Vec<f64>);
 
 /// The solved load path of one drawing from rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,7 +129,7 @@ pub enum WrongTable {
 
 impl TableErrors {
     /// Errors of the quantities of `contents`.
-    pub(super) fn new(contents: &Contents, shares: [f64; ERRORS], loads: usize) -> Self {
+    pub fn new(contents: &Contents, shares: [f64; ERRORS], loads: usize) -> Self {
         let names = contents.errors.iter().map(|name| String::from(*name));
         Self {
             of_full_scale: names.zip(shares).collect(),
@@ -158,7 +158,7 @@ impl PathTable {
     }
 
     /// A table through solved states; without errors yet.
-    pub(super) fn through(contents: &Contents, states: &[State]) -> Self {
+    pub fn through(contents: &Contents, states: &[State]) -> Self {
         let (nodes, values): (Vec<f64>, Vec<_>) = states.iter().cloned().unzip();
         let none = TableErrors::new(contents, [0.0; ERRORS], 0);
         let names = contents.numbers.iter().map(|(name, _)| (*name).into());
@@ -242,7 +242,7 @@ impl PathTable {
     }
 
     /// The numbers at the first node, and at the last one.
-    pub(super) fn ends(&self) -> [&[f64]; 2] {
+    pub fn ends(&self) -> [&[f64]; 2] {
         [&self.values[0], &self.values[self.values.len() - 1]]
     }
 
@@ -254,7 +254,7 @@ impl PathTable {
     }
 
     /// The `N` numbers at a value of the variable; beyond the ends on the last cubic's tangent.
-    pub(super) fn at<const N: usize>(&self, variable: f64) -> [f64; N] {
+    pub fn at<const N: usize>(&self, variable: f64) -> [f64; N] {
         let last = self.nodes.len() - 1;
         let end = self.nodes[last];
         if variable >= end {

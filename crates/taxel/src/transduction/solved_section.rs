@@ -13,16 +13,17 @@ use crate::mechanics::{DeformedElectrodes, LARGEST_COMPRESSION, OutsideTable};
 #[serde(deny_unknown_fields)]
 pub struct SolvedSection {
     /// The drawn gap, m, and the gaps that were solved over it, rising.
-    pub(super) drawn_gap: f64,
-    pub(super) gaps: Vec<f64>,
+    pub drawn_gap: f64,
+    /// See `drawn_gap`.
+    pub gaps: Vec<f64>,
     /// Step of compression between states.
-    pub(super) step: f64,
+    pub step: f64,
     /// States of each gap, the first at rest.
-    pub(super) states: Vec<Vec<[f64; NUMBERS]>>,
+    pub states: Vec<Vec<[f64; NUMBERS]>>,
     /// Largest known errors.
-    pub(super) errors: SectionErrors,
+    pub errors: SectionErrors,
     /// Why the solution ended before a compression of 0.4.
-    pub(super) ended: Option<String>,
+    pub ended: Option<String>,
 }
 
 /// Largest known errors of a solved cross-section: the differences of a coarser mesh, and
@@ -40,21 +41,29 @@ pub struct SectionErrors {
 
 /// Gap, thickness and width over those at rest, capacitance beside the closed form over
 /// ε₀ w_e, and force over that of the closed form.
-pub(super) const NUMBERS: usize = 5;
+const NUMBERS: usize = 5;
 /// Places of these numbers.
-pub(super) const OFFSET: usize = 3;
-pub(super) const FORCE: usize = 4;
+const OFFSET: usize = 3;
+const FORCE: usize = 4;
 /// Fewest states for cubics, rest among them.
 const FEWEST: usize = 4;
-/// Errors that are stated at least: those against the reference tables of the published
-/// sections (`docs/theory/in-plane-field.md`).
-pub(super) const LEAST: SectionErrors = SectionErrors {
-    capacitance: 2e-3,
-    change: 1e-2,
-    force: Some(1e-2),
-};
+impl SectionErrors {
+    /// Errors that are stated at least: those against the reference tables of the published
+    /// sections (`docs/theory/in-plane-field.md`).
+    pub const LEAST: Self = Self {
+        capacitance: 2e-3,
+        change: 1e-2,
+        force: Some(1e-2),
+    };
+}
 
 impl SolvedSection {
+    /// Numbers of a state: gap, thickness and width over those at rest, capacitance beside the
+    /// closed form over ε₀ w_e, and force over that of the closed form.
+    pub const NUMBERS: usize = NUMBERS;
+    /// Index of the force among the numbers.
+    pub const FORCE: usize = FORCE;
+
     /// Largest compression that was solved.
     pub fn largest_compression(&self) -> f64 {
         self.step * (self.states[0].len() - 1) as f64
@@ -107,7 +116,7 @@ impl SolvedSection {
 
     /// Numbers on cubics through the four nearest compressions, and on a parabola in the
     /// logarithm of the gap.
-    pub(super) fn at(&self, gap: f64, compression: f64) -> [f64; NUMBERS] {
+    pub fn at(&self, gap: f64, compression: f64) -> [f64; NUMBERS] {
         let place = compression.clamp(0.0, self.largest_compression()) / self.step;
         let count = self.states[0].len();
         let first = (place as usize).saturating_sub(1).min(count - FEWEST);
@@ -127,7 +136,7 @@ impl SolvedSection {
     }
 
     /// True of numbers that make a model.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let count = self.states.first().map_or(0, Vec::len);
         let state = |numbers: &[f64; NUMBERS]| {
@@ -189,7 +198,7 @@ mod tests {
             step: 0.05,
             states: gaps.iter().map(way).collect(),
             gaps,
-            errors: LEAST,
+            errors: SectionErrors::LEAST,
             ended: None,
         };
         assert!(section.is_sound());

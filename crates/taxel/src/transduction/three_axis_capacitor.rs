@@ -7,11 +7,11 @@ use super::solved_edges::SolvedEdges;
 use super::tile_edges::{EdgeSlopes, TileEdges};
 use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap, mean_inverse_gaps};
 use crate::mechanics::{Deformation, SIDE_X, SIDE_Y};
+use crate::of_drawing::OfDrawing;
 use crate::quantity::{
     self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
     RelativePermittivity,
 };
-use crate::solutions::OfDrawing;
 
 /// The capacitors as a sensor file gives them.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

@@ -8,11 +8,13 @@ use std::path::{Path, PathBuf};
 
 /// Files outside the folder of one device that ask which element a sensor has. A chain of stages
 /// adds no arm to them; a kind of element adds arms to the first four.
-const NAMED: [&str; 10] = [
+const NAMED: [&str; 11] = [
     // Its usual script, its key, and what is solved of it.
     "taxel/src/sensor/mod.rs",
     // Its device, its typed array.
     "taxel/src/device/of_sensor.rs",
+    // What finite elements solve of it.
+    "taxel-bodies/src/device/mod.rs",
     // Its calibrator, its constants, its uncertain columns.
     "taxel-calibrate/src/devices.rs",
     // What it is made of.

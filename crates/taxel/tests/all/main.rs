@@ -8,32 +8,27 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/extremes.rs"]
+mod extremes;
 
 mod architecture;
 mod cells;
 mod contacts;
 mod drift;
 mod editor_schema;
-mod electrode_section;
 mod extreme_values;
 mod faults;
 mod invariants;
 mod layered_cover;
 mod line_network;
-mod loaded_parts;
 mod measured;
-mod microchannel_block;
-mod microchannel_cell;
 mod module_graph;
-mod own_bodies;
-mod p1_field;
 mod p1_properties;
 mod p1_reference;
 mod p1_twin;
 mod p2_edges;
 mod p2_reference;
 mod p2_unit;
-mod p2_unit_solved;
 mod p3_contact;
 mod p3_device;
 mod p3_layer;
@@ -43,13 +38,9 @@ mod p3_shear;
 mod p3_slip;
 mod p3_zero;
 mod p4_device;
-mod p4_local;
 mod p4_properties;
 mod p4_reference;
-mod path_table;
-mod problem;
 mod properties;
 mod shipped_pages;
-mod solved_drawings;
 mod twin;
 mod zero;

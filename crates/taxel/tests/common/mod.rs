@@ -5,12 +5,21 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use taxel::mechanics::{CellGeometry, MicrochannelSection, PaperLaw};
+use taxel::transduction::{EdgeDrawing, INNER_DISTANCE, OUTER_DISTANCE, Plates};
 
 /// A table as rows of column name to text.
 pub fn table(name: &str) -> Vec<Row> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/reference")
         .join(name);
+    // The tables of `taxel` are those of `taxel-bodies` too.
+    let path = if own.exists() {
+        own
+    } else {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../taxel/tests/reference")
+            .join(name)
+    };
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .from_path(path)
@@ -64,9 +73,17 @@ pub type Parameters = HashMap<String, f64>;
 /// A table whose head of comment lines names sets, `# b10: m_p=4e-6 k_p=2e9`:
 /// the parameters of each set and the rows.
 pub fn commented_table(name: &str) -> (HashMap<String, Parameters>, Vec<Row>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/reference")
         .join(name);
+    // The tables of `taxel` are those of `taxel-bodies` too.
+    let path = if own.exists() {
+        own
+    } else {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../taxel/tests/reference")
+            .join(name)
+    };
     let text = std::fs::read_to_string(path).unwrap();
     let sets = text
         .lines()
@@ -125,5 +142,32 @@ pub(crate) fn drawing(row: &Row) -> taxel::mechanics::UnitDrawing {
         air_gap: um("air_um"),
         insulation: um("insulation_um"),
         pitch: 2e-3,
+    }
+}
+
+/// The lengths of P2, in an array.
+pub fn p2_edges() -> EdgeDrawing {
+    EdgeDrawing {
+        electrode: [400e-6; 2],
+        air_gap: [6e-6; 2],
+        insulation: 6e-6,
+        permittivity: 2.7,
+        electrode_thickness: 20e-6,
+        cavity: [[100e-6; 2]; 2],
+        below: 280e-6,
+        above: 400e-6,
+        inner: [INNER_DISTANCE; 2],
+        outer: [Some(OUTER_DISTANCE); 2],
+    }
+}
+
+/// The capacitors of P2.
+pub fn p2_plates() -> Plates {
+    Plates {
+        electrode: [400e-6; 2],
+        air_gap: [6e-6; 4],
+        insulation_gap: 6e-6 / 2.7,
+        parallel_capacitance: [0.0; 4],
+        edges: Some(p2_edges().tabulated().unwrap().grounded),
     }
 }

@@ -3,11 +3,10 @@
 mod check;
 mod drawing;
 mod facts;
-mod field;
 mod predict;
 mod simulated;
 
-use super::{Device, NotSolvable, NotTabulated, fits};
+use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
@@ -19,9 +18,8 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{InPlaneError, InPlaneModel, PathTable, SolvedInPlane, TableOptions};
+use crate::transduction::{InPlaneError, InPlaneModel};
 
-pub use field::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use predict::{InPlaneLoadState, InPlanePrediction, InPlanePredictor};
 
 /// An array of in-plane sensors with its board.
@@ -145,21 +143,6 @@ impl Device for InPlaneArray<'_> {
         let mut model = self.model();
         model.electrodes.gap += self.element.fabrication.gap_deviation * normal();
         Some(Box::new(InPlanePredictor::of(model, self.board.clone())))
-    }
-
-    fn tabulate(
-        &self,
-        options: &TableOptions,
-        program: &str,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<PathTable, NotTabulated> {
-        Ok(self.model().tabulate(options, program, progress)?)
-    }
-
-    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
-        SolvedInPlane::check(&self.model())
-            .map_err(|error| NotSolvable::Drawing(error.to_string()))?;
-        Ok(Box::new(InPlaneFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -157,6 +157,35 @@ impl InPlanePredictor {
         }
     }
 
+    /// Column and value of a load, which is one value.
+    ///
+    /// # Errors
+    /// [`LoadRefused`] of a row without one.
+    pub fn given(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
+        the_load(load)
+    }
+
+    /// Columns of the answers that finite elements give too.
+    pub fn common_columns(&self) -> Vec<Column> {
+        columns(&self.board)
+    }
+
+    /// Cells of the signal at a capacitance in F, as [`Self::common_columns`] has them.
+    pub fn signal_cells(
+        &self,
+        capacitance: Option<f64>,
+        number: Option<Delivered>,
+        row: &mut Vec<Cell>,
+    ) {
+        if self.board.voltage(0.0).is_some() {
+            row.push(cell(capacitance.and_then(|c| self.board.voltage(c))));
+        }
+        row.push(match number {
+            Some(number) => number_cell(&number, &self.board.last),
+            None => Cell::from(""),
+        });
+    }
+
     /// The chain for the value of a column of [`LOADS`].
     fn under(&self, column: usize, value: f64) -> Result<InPlanePrediction, InPlaneError> {
         match column {
@@ -171,6 +200,26 @@ impl InPlanePredictor {
     fn force_error(&self, answer: &InPlanePrediction) -> Option<f64> {
         let compression = answer.layer?.kinematics.compression();
         self.model.force_error(compression)
+    }
+
+    fn fill(&self, answer: &InPlanePrediction, row: &mut Vec<Cell>) {
+        let (layer, response) = (answer.layer, answer.response);
+        let kinematics = layer.map(|layer| layer.kinematics);
+        row.extend([
+            cell(kinematics.map(|k| k.compression())),
+            cell(kinematics.map(|k| k.unknown())),
+            cell(kinematics.map(|k| k.top_stretch())),
+            cell(layer.map(|layer| layer.force)),
+            cell(layer.map(|layer| layer.mean_stress)),
+            cell(response.map(|r| r.electrodes.gap)),
+            cell(response.map(|r| r.electrodes.thickness)),
+            cell(response.map(|r| r.capacitance)),
+            cell(answer.mechanics),
+            cell(answer.model_1),
+            cell(answer.model_2),
+        ]);
+        self.signal_cells(response.map(|r| r.capacitance), answer.number, row);
+        row.push(Cell::from(answer.state.name()));
     }
 
     fn state(&self, layer: &LayerState, response: Option<&InPlaneState>) -> InPlaneLoadState {
@@ -267,7 +316,7 @@ impl Predictor for InPlanePredictor {
             message: error.to_string(),
             help: format!("the models hold up to a compression of {LARGEST_COMPRESSION}"),
         })?;
-        fill(&answer, &self.board, row);
+        self.fill(&answer, row);
         // What the states refer to: where the way back ends, and the layer.
         let last = self.inverse.as_ref().map(InPlaneInverse::last);
         row.extend([
@@ -316,7 +365,7 @@ pub(super) fn compression_of(model: &InPlaneModel, load: &Load<'_>) -> Result<f6
 }
 
 /// A load is one value.
-pub(super) fn one_load(given: &[bool]) -> Result<(), String> {
+fn one_load(given: &[bool]) -> Result<(), String> {
     match given.iter().filter(|given| **given).count() {
         1 => Ok(()),
         count => {
@@ -329,7 +378,7 @@ pub(super) fn one_load(given: &[bool]) -> Result<(), String> {
 }
 
 /// Column and value of a load.
-pub(super) fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
+fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
     (0..LOADS.len())
         .find_map(|column| Some((column, load.number(column)?)))
         .ok_or_else(|| LoadRefused {
@@ -340,7 +389,7 @@ pub(super) fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
 }
 
 /// Columns of the answers.
-pub(super) fn columns(board: &FrontEnd) -> Vec<Column> {
+fn columns(board: &FrontEnd) -> Vec<Column> {
     let number = |name: &str, decimals| Column::new(name, "", 1.0, "", decimals);
     let change = |name: &str| Column::new(name, "fF", 1e-15, "f", 4);
     let mut columns = vec![
@@ -369,24 +418,8 @@ pub(super) fn columns(board: &FrontEnd) -> Vec<Column> {
     columns
 }
 
-/// Cells of the signal, as [`columns`] has them.
-pub(super) fn signal_cells(
-    capacitance: Option<f64>,
-    number: Option<Delivered>,
-    board: &FrontEnd,
-    row: &mut Vec<Cell>,
-) {
-    if board.voltage(0.0).is_some() {
-        row.push(cell(capacitance.and_then(|c| board.voltage(c))));
-    }
-    row.push(match number {
-        Some(number) => number_cell(&number, &board.last),
-        None => Cell::from(""),
-    });
-}
-
 /// Curves that show the answers.
-pub(super) fn curves(given: &[bool]) -> Vec<Curve> {
+fn curves(given: &[bool]) -> Vec<Curve> {
     let forward = given.get(3) != Some(&true);
     let curve = |title: &str, x, y: Vec<&'static str>, y_label| Curve {
         title: title.into(),
@@ -412,26 +445,6 @@ pub(super) fn curves(given: &[bool]) -> Vec<Curve> {
     curves
 }
 
-pub(super) fn cell(value: Option<f64>) -> Cell {
+fn cell(value: Option<f64>) -> Cell {
     value.map_or_else(|| Cell::from(""), Cell::Number)
-}
-
-fn fill(answer: &InPlanePrediction, board: &FrontEnd, row: &mut Vec<Cell>) {
-    let (layer, response) = (answer.layer, answer.response);
-    let kinematics = layer.map(|layer| layer.kinematics);
-    row.extend([
-        cell(kinematics.map(|k| k.compression())),
-        cell(kinematics.map(|k| k.unknown())),
-        cell(kinematics.map(|k| k.top_stretch())),
-        cell(layer.map(|layer| layer.force)),
-        cell(layer.map(|layer| layer.mean_stress)),
-        cell(response.map(|r| r.electrodes.gap)),
-        cell(response.map(|r| r.electrodes.thickness)),
-        cell(response.map(|r| r.capacitance)),
-        cell(answer.mechanics),
-        cell(answer.model_1),
-        cell(answer.model_2),
-    ]);
-    signal_cells(response.map(|r| r.capacitance), answer.number, board, row);
-    row.push(Cell::from(answer.state.name()));
 }

@@ -11,23 +11,32 @@ const LARGEST_AREA: f64 = 1.0;
 /// Smallest area, m²: 1 um².
 const SMALLEST_AREA: f64 = 1e-12;
 
-pub(super) const PRESSURE: usize = 0;
-pub(super) const FORCE_Z: usize = 1;
-pub(super) const AREA_COLUMN: usize = 2;
-pub(super) const LOADED_SHARE: usize = 3;
-pub(super) const PATCH_X: usize = 4;
-pub(super) const PATCH_Y: usize = 5;
-pub(super) const PUNCH: usize = 6;
-pub(super) const CENTRE_X: usize = 7;
-pub(super) const CENTRE_Y: usize = 8;
+/// Column of the pressure on the surface, Pa.
+pub const PRESSURE: usize = 0;
+/// Column of the pressing force, N.
+pub const FORCE_Z: usize = 1;
+/// Column of the area under the force, m².
+pub const AREA_COLUMN: usize = 2;
+/// Column of the share of a channel's length under the pressure.
+pub const LOADED_SHARE: usize = 3;
+/// Column of the length of a patch along x, m.
+pub const PATCH_X: usize = 4;
+/// Column of the length of a patch along y, m.
+pub const PATCH_Y: usize = 5;
+/// Column of the diameter of a punch, m.
+pub const PUNCH: usize = 6;
+/// Column of the middle of patch or punch along x, m.
+pub const CENTRE_X: usize = 7;
+/// Column of the middle of patch or punch along y, m.
+pub const CENTRE_Y: usize = 8;
 
 /// Columns of one load: those of a second one that presses at the same time follow in the
 /// same order.
-pub(super) const SECOND: usize = 9;
+pub const SECOND: usize = 9;
 
 /// The pressure of the load whose columns begin at `first` (0 or [`SECOND`]) in Pa, and the
 /// column that names it.
-pub(super) fn pressure_of(load: &Load<'_>, first: usize) -> (usize, f64) {
+pub fn pressure_of(load: &Load<'_>, first: usize) -> (usize, f64) {
     let number = |column: usize| load.number(first + column);
     match (number(FORCE_Z), number(AREA_COLUMN)) {
         (Some(force), Some(area)) => (first + FORCE_Z, force / area),
@@ -36,7 +45,7 @@ pub(super) fn pressure_of(load: &Load<'_>, first: usize) -> (usize, f64) {
 }
 
 /// True if a column of a second load is given.
-pub(super) fn is_double(given: &[bool]) -> bool {
+pub fn is_double(given: &[bool]) -> bool {
     given.iter().skip(SECOND).any(|given| *given)
 }
 
@@ -45,7 +54,7 @@ pub(super) fn is_double(given: &[bool]) -> bool {
 ///
 /// # Errors
 /// Shares that are more than the whole microchannel together.
-pub(super) fn stretches_of(load: &Load<'_>) -> Result<Vec<Stretch>, LoadRefused> {
+pub fn stretches_of(load: &Load<'_>) -> Result<Vec<Stretch>, LoadRefused> {
     let share = |first: usize| load.number(first + LOADED_SHARE);
     let mut stretches = vec![Stretch {
         share: share(0).unwrap_or(1.0),
@@ -202,7 +211,8 @@ const fn second(
     }
 }
 
-pub(super) static LOADS: [LoadColumn; 2 * SECOND] = [
+/// Columns of one load, then those of a second one.
+pub static LOADS: [LoadColumn; 2 * SECOND] = [
     ONE[PRESSURE],
     ONE[FORCE_Z],
     ONE[AREA_COLUMN],
@@ -272,7 +282,7 @@ pub(super) static LOADS: [LoadColumn; 2 * SECOND] = [
 const PLACE: [usize; 5] = [PATCH_X, PATCH_Y, PUNCH, CENTRE_X, CENTRE_Y];
 
 /// True if these columns put a load on a place of the top.
-pub(super) fn is_local(given: &[bool]) -> bool {
+pub fn is_local(given: &[bool]) -> bool {
     let at = |column: usize| given.get(column) == Some(&true);
     PLACE
         .iter()

@@ -3,13 +3,11 @@
 mod check;
 mod drawing;
 mod facts;
-mod field;
-mod loads;
-mod local;
+pub mod loads;
 mod predict;
 mod simulated;
 
-use super::{Device, NotSolvable, NotTabulated, carries};
+use super::{Device, carries};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::{ChannelScale, MicrochannelCalibration, MicrochannelModel};
 use crate::drawing::Drawing;
@@ -24,9 +22,8 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Microchannel, Sensor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{MicrochannelLayer, PathTable, TableOptions};
+use crate::transduction::MicrochannelLayer;
 
-pub use field::MicrochannelFieldPredictor;
 pub use predict::{
     LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor, PartAnswer,
 };
@@ -49,8 +46,8 @@ pub struct MicrochannelArray<'a> {
     pub board: DividerBoard,
 }
 
-/// Names of the layers, in the order of [`MicrochannelArray::layers`].
-const LAYERS: [&str; 2] = ["row", "column"];
+/// Names of the layers of microchannels, in the order of [`MicrochannelArray::layers`].
+pub const LAYERS: [&str; 2] = ["row", "column"];
 
 impl<'a> MicrochannelArray<'a> {
     /// `None` when the board takes no resistance, or a layer has no model; the
@@ -127,7 +124,7 @@ impl<'a> MicrochannelArray<'a> {
     }
 
     /// Which of the upper (0) and the lower layer (1) the rows are, which the columns.
-    pub(crate) fn position(&self) -> [usize; 2] {
+    pub fn position(&self) -> [usize; 2] {
         self.element.position()
     }
 
@@ -135,7 +132,7 @@ impl<'a> MicrochannelArray<'a> {
     ///
     /// # Errors
     /// A sentence for a drawing that is not solved.
-    pub(crate) fn void_stack(&self) -> Result<VoidStack, String> {
+    pub fn void_stack(&self) -> Result<VoidStack, String> {
         self.element.void_stack(self.sensor.array.pitch)
     }
 
@@ -198,19 +195,6 @@ impl Device for MicrochannelArray<'_> {
         Some(Box::new(predictor))
     }
 
-    fn tabulate(
-        &self,
-        options: &TableOptions,
-        program: &str,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<PathTable, NotTabulated> {
-        let layers = self
-            .element
-            .drawn_layers(self.sensor.array.pitch)
-            .map_err(NotTabulated::Drawing)?;
-        Ok(layers.tabulate(options, program, progress)?)
-    }
-
     fn predictor(&self) -> Option<Box<dyn Predictor>> {
         Some(Box::new(MicrochannelPredictor::new(self)))
     }
@@ -265,14 +249,6 @@ impl Device for MicrochannelArray<'_> {
             found.noise.push(options.noise.unwrap_or(model.deviation));
         }
         Ok(found)
-    }
-
-    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
-        let stack = self.void_stack().map_err(NotSolvable::Drawing)?;
-        stack
-            .check()
-            .map_err(|error| NotSolvable::Drawing(error.to_string()))?;
-        Ok(Box::new(MicrochannelFieldPredictor::new(self)))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -8,9 +8,8 @@ use super::{LAYERS, MicrochannelArray};
 use crate::device::{number_cell, number_column};
 use crate::electronics::{Delivered, DividerBoard};
 use crate::mechanics::{
-    ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError, MicrochannelSection,
-    NotSolved, PressureLaw, SectionClosure, SolvedBody, SolvedLayer, SolvedVoids, Stretch,
-    VoidStack,
+    ClosingCurve, ClosingState, LinearElastic, MicrochannelClosed, MicrochannelError,
+    MicrochannelSection, SectionClosure, Stretch,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::sensor::micrometres;
@@ -58,8 +57,6 @@ pub struct PartAnswer {
     pub loaded: SectionClosure,
     /// Area ratio of its thinnest section, where known.
     pub thinnest: Option<f64>,
-    /// Smallest distance between roof and floor, m; only finite elements know it.
-    pub gap: Option<f64>,
 }
 
 /// State of a layer under a load.
@@ -91,9 +88,6 @@ impl LayerState {
 /// Change of resistance from which on a channel counts as closed by Eq. 1, which goes on to infinity.
 const CLOSED: f64 = 1e3;
 
-/// A load on a part of a channel is solved up to so many times its pressure on the whole top.
-const FARTHEST: f64 = 64.0;
-
 /// Predicts loads on channels as drawn.
 #[derive(Debug, Clone)]
 pub struct MicrochannelPredictor {
@@ -103,19 +97,8 @@ pub struct MicrochannelPredictor {
     closed_form: LinearElastic,
     /// Thickness of the stack, m.
     thickness: f64,
-    field: Option<Field>,
     /// Loads that press at once on parts of a channel in the answers, 1 or 2.
     loads_at_once: usize,
-}
-
-/// The layers as finite elements see them.
-#[derive(Debug, Clone)]
-struct Field {
-    /// The drawing; or why it can't be solved.
-    stack: Result<VoidStack, String>,
-    /// Which of the upper and the lower layer the rows are, which the columns.
-    position: [usize; 2],
-    solved: Option<SolvedVoids>,
 }
 
 impl MicrochannelPredictor {
@@ -127,7 +110,6 @@ impl MicrochannelPredictor {
             section: array.element.section(),
             closed_form: array.element.closed_form,
             thickness: array.element.thickness(),
-            field: None,
             loads_at_once: 1,
         }
     }
@@ -140,55 +122,27 @@ impl MicrochannelPredictor {
         }
     }
 
-    /// The same with the closing of both layers solved by finite elements of the
-    /// crossing cell, the whole top pressed.
-    pub fn by_finite_elements(array: &MicrochannelArray<'_>) -> Self {
-        Self {
-            field: Some(Field {
-                stack: array.void_stack(),
-                position: array.position(),
-                solved: None,
-            }),
-            ..Self::new(array)
+    /// Models of the row and of the column layer.
+    pub fn layers(&self) -> &[MicrochannelLayer; 2] {
+        &self.layers
+    }
+
+    /// Takes closing curves of the row and of the column layer that know the sections along a
+    /// channel, in the place of those of the drawing.
+    pub fn along(&mut self, closing: [ClosingCurve; 2]) {
+        for (layer, closing) in self.layers.iter_mut().zip(closing) {
+            layer.along(closing);
         }
     }
 
-    /// Solves up to a pressure in Pa on the whole top.
-    ///
-    /// # Errors
-    /// A sentence when there is no solution.
-    pub fn solve(
-        &mut self,
-        pressure: f64,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Option<String>, String> {
-        let Some(field) = &mut self.field else {
-            return Ok(None);
-        };
-        let stack = field.stack.as_ref().map_err(Clone::clone)?;
-        let solved = stack
-            .solve(pressure, progress)
-            .map_err(|error| error.to_string())?;
-        for (layer, position) in self.layers.iter_mut().zip(field.position) {
-            layer.along(solved.layers[position].closing.clone());
-        }
-        let ended = solved.ended.clone();
-        field.solved = Some(solved);
-        Ok(ended)
+    /// Loads that press at once on parts of a channel in the answers, 1 or 2.
+    pub fn loads_at_once(&self) -> usize {
+        self.loads_at_once
     }
 
-    /// Net pressure up to which both layers were solved, Pa.
-    fn solved_net(&self) -> f64 {
-        let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
-        solved.map_or(0.0, |solved| {
-            let ends = solved.layers.iter().map(|layer| layer.closing.end()[0]);
-            ends.fold(f64::INFINITY, f64::min)
-        })
-    }
-
-    fn solved_layer(&self, number: usize) -> Option<&SolvedLayer> {
-        let field = self.field.as_ref()?;
-        Some(&field.solved.as_ref()?.layers[field.position[number]])
+    /// Takes as many loads at once as these rows name.
+    pub fn expect(&mut self, loads: &Loads) {
+        self.loads_at_once = 1 + usize::from(is_double(&loads.given.columns));
     }
 
     /// The chain for a pressure in Pa on `share` of the length of a channel;
@@ -251,18 +205,16 @@ impl MicrochannelPredictor {
             closed_form: self
                 .section
                 .published_area_ratio(&self.closed_form, pressure),
-            layers: [self.layer(rows, 0, parts)?, self.layer(columns, 1, parts)?],
+            layers: [self.layer(rows, parts)?, self.layer(columns, parts)?],
         })
     }
 
     fn layer(
         &self,
         layer: &MicrochannelLayer,
-        number: usize,
         stretches: &[Stretch],
     ) -> Result<LayerAnswer, MicrochannelError> {
         let response = layer.respond(stretches)?;
-        let solved = self.solved_layer(number);
         let sections = &response.channel.sections;
         let resistance = response.resistance;
         let signal = self.board.signal.of(resistance);
@@ -279,7 +231,6 @@ impl MicrochannelPredictor {
         let part = |loaded: &SectionClosure| PartAnswer {
             loaded: *loaded,
             thinnest: layer.thinnest_of(loaded),
-            gap: solved.and_then(|solved| solved.gap(loaded.net_pressure)),
         };
         Ok(LayerAnswer {
             internal_pressure: layer.initial_pressure + response.channel.internal_pressure,
@@ -343,8 +294,26 @@ impl MicrochannelPredictor {
         ))
     }
 
+    /// Columns of the signal of a channel: the voltage, where there is a divider, and the number
+    /// of a frame.
+    pub fn signal_columns(&self, prefix: &str, decimals: usize) -> Vec<Column> {
+        let board = &self.board;
+        let voltage = || Column::new(format!("{prefix}_voltage"), "mV", 1e-3, "v", decimals);
+        let voltage = board.signal.is_voltage().then(voltage);
+        let number = number_column(&format!("{prefix}_"), "", &board.last);
+        voltage.into_iter().chain([number]).collect()
+    }
+
+    /// Their cells.
+    pub fn signal_cells(&self, signal: f64, number: &Delivered) -> Vec<Cell> {
+        let board = &self.board;
+        let voltage = board.signal.is_voltage().then_some(Cell::Number(signal));
+        let number = number_cell(number, &board.last);
+        voltage.into_iter().chain([number]).collect()
+    }
+
     /// Names of a quantity of each load: the second has the suffix of its columns.
-    fn of_each(&self, what: &str) -> impl Iterator<Item = String> {
+    pub fn of_each(&self, what: &str) -> impl Iterator<Item = String> {
         let suffixes = ["", "_2"].into_iter().take(self.loads_at_once);
         suffixes.map(move |suffix| format!("{what}{suffix}"))
     }
@@ -372,27 +341,9 @@ impl Predictor for MicrochannelPredictor {
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        self.loads_at_once = 1 + usize::from(is_double(&loads.given.columns));
-        if self.field.is_none() {
-            return Ok(self.short_part(loads).or_else(|| self.whole_top(loads)));
-        }
-        let pressures = each(loads, |load, first| pressure_of(load, first).1);
-        let greatest = pressures.fold(0.0, f64::max);
-        if greatest == 0.0 {
-            return Ok(None);
-        }
-        let remark = self.solve(greatest, progress)?;
-        if remark.is_some() || shares(loads).all(|share| share >= 1.0) {
-            return Ok(remark);
-        }
-        // A part of a channel presses its liquid into the rest, and closes nearly by its whole load.
-        let mut top = greatest;
-        let mut remark = None;
-        while remark.is_none() && self.solved_net() < greatest && top < FARTHEST * greatest {
-            top *= 2.0;
-            remark = self.solve(top, progress)?;
-        }
-        Ok(remark)
+        let _ = progress;
+        self.expect(loads);
+        Ok(self.short_part(loads).or_else(|| self.whole_top(loads)))
     }
 
     fn load_columns(&self) -> &'static [LoadColumn] {
@@ -407,13 +358,6 @@ impl Predictor for MicrochannelPredictor {
             ));
         }
         let has = |column: usize| given.get(column) == Some(&true);
-        let stack = self
-            .field
-            .as_ref()
-            .and_then(|field| field.stack.as_ref().ok());
-        if stack.is_some_and(|stack| stack.liquid == PressureLaw::Sealed) {
-            return Err(NotSolved::Sealed.to_string());
-        }
         if is_double(given) {
             let second = &given[SECOND..];
             one_load(second).map_err(|problem| {
@@ -451,7 +395,7 @@ impl Predictor for MicrochannelPredictor {
                 Column::new(of("resistance"), "ohm", 1.0, "ohm", 4),
                 Column::new(of("change"), "", 1.0, "", 5),
             ]);
-            columns.extend(signal_columns(layer, &self.board, 3));
+            columns.extend(self.signal_columns(layer, 3));
             columns.extend([
                 Column::plain(of("state")),
                 Column::new(of("curve_ends_at_net_pressure"), "kPa", 1e3, "pa", 4),
@@ -466,19 +410,12 @@ impl Predictor for MicrochannelPredictor {
         ));
         let ohm = "ohm";
         columns.push(Column::new("saturates_at_resistance", ohm, 1.0, ohm, 4));
-        if self.field.is_some() {
-            for layer in LAYERS {
-                let gap = |name: String| Column::new(name, "um", 1e-6, "m", 3);
-                columns.extend(self.of_each(&format!("{layer}_gap")).map(gap));
-            }
-            columns.push(Column::new("greatest_stress", "kPa", 1e3, "pa", 3));
-        }
         columns
     }
 
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         let stretches = stretches_of(load)?;
-        let (column, pressure) = pressure_of(load, 0);
+        let (column, _) = pressure_of(load, 0);
         let answer = self
             .predict_parts(&stretches)
             .map_err(|error| LoadRefused {
@@ -507,11 +444,11 @@ impl Predictor for MicrochannelPredictor {
             // Of a bound only the resistance is reported; a signal that is only
             // known to be larger would look like a reading.
             if layer.state == LayerState::Beyond {
-                let signal = signal_columns("", &self.board, 0).len();
+                let signal = self.signal_columns("", 0).len();
                 row.extend(std::iter::repeat_n(Cell::from(""), 1 + signal));
             } else {
                 row.push(Cell::Number(layer.change));
-                row.extend(signal_cells(layer.signal, &layer.number, &self.board));
+                row.extend(self.signal_cells(layer.signal, &layer.number));
             }
             row.push(Cell::from(layer.state.name()));
             row.push(Cell::Number(drawn.closing.end()[0]));
@@ -520,14 +457,6 @@ impl Predictor for MicrochannelPredictor {
         row.push(Cell::Number(closing));
         let signal = &self.board.signal;
         row.push(Cell::Number(signal.resistance(self.board.saturation)));
-        if let Some(field) = &self.field {
-            for layer in &answer.layers {
-                row.extend(of_loads(&|load| layer.parts.get(load)?.gap));
-            }
-            // The stress belongs to the load on the whole top.
-            let solved = field.solved.as_ref().filter(|_| stretches[0].share == 1.0);
-            row.push(number(solved.and_then(|solved| solved.stress(pressure))));
-        }
         Ok(())
     }
 
@@ -543,14 +472,6 @@ impl Predictor for MicrochannelPredictor {
         };
         let answer = self.predict_parts(&stretches);
         answer.is_ok_and(|answer| answer.layers.iter().any(|layer| layer.number.clipped))
-    }
-
-    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
-        let solved = self.field.as_ref().and_then(|field| field.solved.as_ref());
-        Ok(solved
-            .map(|solved| solved.body.clone())
-            .into_iter()
-            .collect())
     }
 
     fn curves(&self, _given: &[bool]) -> Vec<Curve> {
@@ -596,20 +517,4 @@ fn one_load(given: &[bool]) -> Result<(), String> {
             "a pressure and a force or an area are given; name a pressure alone, or a force_z and its area",
         )),
     }
-}
-
-/// Columns of the signal of a channel: the voltage, where there is a divider, and the number
-/// of a frame.
-pub(super) fn signal_columns(prefix: &str, board: &DividerBoard, decimals: usize) -> Vec<Column> {
-    let voltage = || Column::new(format!("{prefix}_voltage"), "mV", 1e-3, "v", decimals);
-    let voltage = board.signal.is_voltage().then(voltage);
-    let number = number_column(&format!("{prefix}_"), "", &board.last);
-    voltage.into_iter().chain([number]).collect()
-}
-
-/// Their cells.
-pub(super) fn signal_cells(signal: f64, number: &Delivered, board: &DividerBoard) -> Vec<Cell> {
-    let voltage = board.signal.is_voltage().then_some(Cell::Number(signal));
-    let number = number_cell(number, &board.last);
-    voltage.into_iter().chain([number]).collect()
 }

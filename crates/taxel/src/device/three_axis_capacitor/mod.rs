@@ -6,7 +6,7 @@ mod facts;
 mod predict;
 mod simulated;
 
-use super::{Device, NotSolvable, fits};
+use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::calibration::Calibration;
 use crate::drawing::Drawing;
@@ -226,10 +226,6 @@ impl Device for ThreeAxisArray<'_> {
             .iter()
             .map(|term| term.time)
             .collect()
-    }
-
-    fn field_predictor(&self) -> Result<Box<dyn Predictor>, NotSolvable> {
-        Ok(Box::new(ThreeAxisPredictor::solving(self)?))
     }
 
     fn simulated(&self) -> Option<Box<dyn Simulated>> {

@@ -1,13 +1,9 @@
 //! Force on one unit to signal, stage by stage.
 
-use super::super::NotSolvable;
 use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
 use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::{
-    Cavity, Crosstalk, Deformation, ElasticDescription, Pressed, PressedUnit, SideContact,
-    SolvedBody, Suspension, TopForce, UnitDrawing, UnitSolution,
-};
+use crate::mechanics::{Deformation, Pressed, PressedUnit, Suspension};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
 use crate::transduction::{PlateReading, Response, TileEdges, UnitModel};
@@ -86,30 +82,8 @@ pub struct ThreeAxisPredictor {
     surroundings: Option<[TileEdges; 2]>,
     /// What is typed in and what follows from the drawing.
     remark: String,
-    /// The drawing whose stiffness is solved by finite elements before the first answer.
-    to_solve: Option<ToSolve>,
     /// The unit under normal forces at large strain, where a load passes the first touch.
     pressed: Option<PressedUnit>,
-    /// Greatest normal and greatest side force of the loads, N: those of the bodies to show.
-    greatest: [f64; 2],
-}
-
-/// A load this many times nearer to the first touch of linear elasticity is solved at large
-/// strain.
-const EARLY: f64 = 1.15;
-/// Steps of the way to the largest normal force.
-const PRESSED_STEPS: u32 = 8;
-
-/// A unit to solve.
-#[derive(Debug, Clone, Copy)]
-struct ToSolve {
-    elastic: ElasticDescription,
-    drawing: UnitDrawing,
-    solution: UnitSolution,
-    /// Relative permittivity of the insulation.
-    permittivity: f64,
-    /// Spacing of the units of a row, m, if a unit has a neighbour there.
-    row_pitch: Option<f64>,
 }
 
 impl ThreeAxisPredictor {
@@ -122,9 +96,7 @@ impl ThreeAxisPredictor {
             full_scale: array.element.full_scale,
             surroundings: array.edges().ok().map(|edges| edges.surroundings),
             remark: remark(array),
-            to_solve: None,
             pressed: None,
-            greatest: [0.0; 2],
         }
     }
 
@@ -135,27 +107,24 @@ impl ThreeAxisPredictor {
         }
     }
 
-    /// The same whose stiffness is solved by finite elements.
-    ///
-    /// # Errors
-    /// [`NotSolvable`] where it is typed in or calibrated.
-    pub fn solving(array: &ThreeAxisArray<'_>) -> Result<Self, NotSolvable> {
-        let element = array.element;
-        if !element.calibrated.is_empty() {
-            return Err(NotSolvable::Calibrated);
-        }
-        let from_drawing = element.suspension.from_drawing;
-        let elastic = from_drawing.ok_or(NotSolvable::TypedIn)?;
-        Ok(Self {
-            to_solve: Some(ToSolve {
-                elastic,
-                drawing: array.unit_drawing(),
-                solution: UnitSolution::default(),
-                permittivity: element.plates.insulation_permittivity,
-                row_pitch: (array.layout().columns > 1).then_some(array.sensor.array.pitch[0]),
-            }),
-            ..Self::new(array)
-        })
+    /// The model of the unit.
+    pub fn unit(&self) -> &UnitModel {
+        &self.unit
+    }
+
+    /// What is typed in and what follows from the drawing.
+    pub fn remark(&self) -> &str {
+        &self.remark
+    }
+
+    /// Takes a suspension in the place of that of the drawing.
+    pub fn suspend(&mut self, suspension: Suspension) {
+        self.unit.suspension = suspension;
+    }
+
+    /// Answers normal forces alone by a unit that was solved at large strain.
+    pub fn press(&mut self, pressed: PressedUnit) {
+        self.pressed = Some(pressed);
     }
 
     /// The chain for a force x, y, pressing, N.
@@ -248,53 +217,6 @@ impl ThreeAxisPredictor {
         })
     }
 
-    /// Solves the unit at large strain where a normal force alone passes its first touch; answers
-    /// what is to be said about it.
-    fn press(
-        &mut self,
-        unit: &ToSolve,
-        loads: &Loads,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<String, String> {
-        let normal = forces(loads).filter(|[x, y, _]| *x == 0.0 && *y == 0.0);
-        let largest = normal.map(|[_, _, z]| z).fold(0.0, f64::max);
-        let even = self
-            .unit
-            .plates
-            .air_gap
-            .windows(2)
-            .all(|gaps| gaps[0] == gaps[1]);
-        let vented = unit.elastic.cavity == Cavity::Vented;
-        if !vented || !even || self.unit.open_share([0.0, 0.0, EARLY * largest]) >= 1.0 {
-            return Ok(String::new());
-        }
-        let solids = (unit.elastic.modulus, unit.permittivity);
-        let path = (largest, PRESSED_STEPS);
-        let mut heard = |share: f64| progress(0.3 + 0.7 * share);
-        let pressed = unit.drawing.press(solids, &unit.solution, path, &mut heard);
-        let pressed = pressed.map_err(|failure| failure.to_string())?;
-        let touch = pressed.touch.map_or_else(
-            || String::from("; at large strain no electrode touches"),
-            |touch| {
-                format!(
-                    "; at large strain the electrodes touch first under a normal force of {:.1} mN, {:.0} um from the \
-                     middle of the unit along x and y",
-                    touch.force * 1e3,
-                    touch.least_at[0].max(touch.least_at[1]) * 1e6
-                )
-            },
-        );
-        let ended = pressed.ended.as_ref().map_or_else(String::new, |reason| {
-            let last = pressed.states.last().map_or(0.0, |state| state.force);
-            format!(
-                "; beyond {:.1} mN the answers are bounds, the solution ends there: {reason}",
-                last * 1e3
-            )
-        });
-        self.pressed = Some(pressed);
-        Ok(touch + &ended)
-    }
-
     fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
         let largest = force
             .iter()
@@ -309,14 +231,6 @@ impl ThreeAxisPredictor {
             LoadState::Ok
         }
     }
-}
-
-/// The forces of all loads along x, y and z, N.
-fn forces(loads: &Loads) -> impl Iterator<Item = [f64; 3]> {
-    (0..loads.len()).map(|number| {
-        let load = loads.load(number);
-        [0, 1, 2].map(|axis| load.number(axis).unwrap_or(0.0))
-    })
 }
 
 /// Edges with corners, F, of a tile of these sides, m, whose inner and outer edges have the air
@@ -350,17 +264,6 @@ fn remark(array: &ThreeAxisArray<'_>) -> String {
     format!("{capacitance}; {stiffness}")
 }
 
-/// Closings of the neighbour in a row.
-fn in_words(found: &Crosstalk) -> String {
-    let percent = |[near, far]: [f64; 2]| format!("{:+.1} and {:+.1} %", 100.0 * near, 100.0 * far);
-    format!(
-        "; the near and the far plates of a neighbour in the row close by {} of its closing under a normal force, and \
-         by {} of that of its near side under a force along the row",
-        percent(found.normal),
-        percent(found.side)
-    )
-}
-
 const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// The force on a taxel, at most this much along each axis, N.
 pub(super) static LOADS: [LoadColumn; 3] = force_loads(1e3);
@@ -371,77 +274,8 @@ impl Predictor for ThreeAxisPredictor {
         loads: &Loads,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        let Some(unit) = self.to_solve else {
-            return Ok(Some(self.remark.clone()));
-        };
-        let solved = unit
-            .drawing
-            .solve(&unit.solution)
-            .map_err(|failure| failure.to_string())?;
-        progress(if unit.row_pitch.is_some() { 0.1 } else { 0.2 });
-        let beside = if let Some(pitch) = unit.row_pitch {
-            let row = UnitDrawing {
-                pitch,
-                ..unit.drawing
-            };
-            let found = row.crosstalk(&unit.solution);
-            progress(0.3);
-            in_words(&found.map_err(|failure| failure.to_string())?)
-        } else {
-            String::new()
-        };
-        let found = solved.compliance;
-        self.unit.suspension = Suspension::of_drawing(&unit.elastic, &unit.drawing, &found);
-        let touch = self.press(&unit, loads, progress)?;
-        let greatest = |axis: fn([f64; 3]) -> f64| {
-            let larger = |most: f64, part: f64| if part.abs() > most.abs() { part } else { most };
-            forces(loads).map(axis).fold(0.0, larger)
-        };
-        self.greatest = [
-            greatest(|[.., z]| z),
-            greatest(|[x, y, _]| x.abs().max(y.abs())),
-        ];
-        let over = |solved: f64, table: f64| 100.0 * (solved / table - 1.0);
-        let beside_table = unit.drawing.compliance().map_or_else(
-            |outside| format!("no table has it ({outside})"),
-            |table| {
-                format!(
-                    "closing per normal force {:+.1} % and per side force {:+.1} % off the table",
-                    over(found.c_zz, table.c_zz),
-                    over(found.c_xx, table.c_xx)
-                )
-            },
-        );
-        progress(1.0);
-        Ok(Some(format!(
-            "{}; solved with {} unknowns, error {:.0} %: {beside_table}{beside}{touch}",
-            self.remark,
-            solved.unknowns,
-            100.0 * found.error,
-        )))
-    }
-
-    /// The unit under the greatest normal force and under the greatest side force on its flat top
-    /// of all loads; a bar shifts no mirror image, and its side force is not shown.
-    fn bodies(&self) -> Result<Vec<SolvedBody>, String> {
-        let mut bodies: Vec<SolvedBody> =
-            self.pressed.iter().map(|unit| unit.body.clone()).collect();
-        let Some(unit) = &self.to_solve else {
-            return Ok(bodies);
-        };
-        let [normal, side] = self.greatest;
-        let on_top = unit.elastic.side_contact == SideContact::Top;
-        for (along, force, shown) in [
-            (TopForce::Normal, normal, bodies.is_empty()),
-            (TopForce::Side, side, on_top),
-        ] {
-            if shown && force != 0.0 {
-                let load = (along, force);
-                let body = unit.drawing.body(&unit.elastic, &unit.solution, load);
-                bodies.push(body.map_err(|failure| failure.to_string())?);
-            }
-        }
-        Ok(bodies)
+        let _ = (loads, progress);
+        Ok(Some(self.remark.clone()))
     }
 
     fn load_columns(&self) -> &'static [LoadColumn] {

@@ -1,0 +1,57 @@
+//! The solver of questions by finite elements.
+
+use serde::Serialize;
+
+use crate::mechanics::{solve_cell, solve_stiffness};
+use crate::transduction::{solve_edges, solve_section};
+use taxel::solutions::{Asked, Question, Solutions, Solver};
+
+/// Solves questions by finite elements.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FiniteElements;
+
+impl Solver for FiniteElements {
+    fn answer(&self, question: &Question, progress: &mut dyn FnMut(f64)) -> Result<String, String> {
+        match &question.of {
+            Asked::Cell(cell) => text(solve_cell(cell, progress)),
+            Asked::Stiffness(drawing) => text(solve_stiffness(drawing, progress)),
+            Asked::Edges(drawing) => text(solve_edges(drawing, progress)),
+            Asked::Section(model) => text(solve_section(model, progress)),
+            _ => Err(format!(
+                "finite elements do not solve the {}",
+                question.what
+            )),
+        }
+    }
+}
+
+/// A solution as JSON.
+fn text(solved: Result<impl Serialize, impl ToString>) -> Result<String, String> {
+    let solved = solved.map_err(|error| error.to_string())?;
+    serde_json::to_string(&solved).map_err(|error| error.to_string())
+}
+
+/// Solves every time by finite elements, and keeps nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Afresh;
+
+impl Solutions for Afresh {
+    fn kept(&mut self, _question: &Question) -> Option<String> {
+        None
+    }
+
+    fn keep(&mut self, _question: &Question, _solution: &str) {}
+
+    fn solver(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(FiniteElements))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// Statements of kept solutions name it.
+    #[test]
+    fn the_version_is_that_of_the_solver() {
+        assert_eq!(taxel::solutions::SOLVER_VERSION, taxel_fem::VERSION);
+    }
+}
