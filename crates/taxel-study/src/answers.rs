@@ -1,11 +1,11 @@
 //! What may be asked of a design.
 
 use taxel::InputError;
-use taxel::design::{self, DrawnSection, SectionRow, SectionState};
 use taxel::device::{Device, PlaceInformation, PlacedContact};
 use taxel::estimation::{Outcome as SearchOutcome, SearchOptions, estimate_unit};
 use taxel::information::{Information, InformationOptions, NoInformation, RadiusKnowledge};
 use taxel::mechanics::Mechanics;
+use taxel::microchannel_section::{DrawnSection, SectionRow, SectionState, solve_section};
 use taxel::predict::{Load, LoadKind, LoadValue, Loads, Predictor};
 use taxel::quantity::{self, Dimension};
 use taxel::sensor::Sensor;
@@ -1453,7 +1453,7 @@ impl Section {
         let same = |known: &SolvedSection| known.thickness == drawn.thickness && known.way == way;
         let solved = known.filter(same).unwrap_or_else(|| SolvedSection {
             thickness: drawn.thickness,
-            row: design::solve_section(element, drawn, &way),
+            row: solve_section(element, drawn, &way),
             way,
         });
         let outcome = self.of(&solved.row, pressure, accept);
