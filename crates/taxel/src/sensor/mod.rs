@@ -17,8 +17,6 @@ use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
-use crate::toml_input;
-use taxel_recording::InputError;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
@@ -137,16 +135,6 @@ pub enum Element {
     Trained(Box<TrainedBody>),
     /// Taxels whose board gives forces.
     MeasuredForce(MeasuredForce),
-}
-
-/// Keys that had another name in schema 1, with the name that they have now.
-const RENAMED: &[(&[&str], &str)] =
-    &[(&["element", "liquid_metal_channel"], "element.microchannel")];
-
-/// The first key in a description that has another name now.
-pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
-    let help = "rename it in this header and in those below it, and write schema = 2";
-    toml_input::renamed_key(file, text, RENAMED, "since schema 2", help)
 }
 
 /// A board that cannot read this kind of element.
