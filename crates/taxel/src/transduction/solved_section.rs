@@ -47,7 +47,7 @@ pub(super) const FORCE: usize = 4;
 /// Fewest states for cubics, rest among them.
 const FEWEST: usize = 4;
 /// Errors that are stated at least: those against the reference tables of the published
-/// sections (`docs/theory/in-plane-field.md`).
+/// sections (`docs/theory/in-plane-capacitive.md`).
 pub(super) const LEAST: SectionErrors = SectionErrors {
     capacitance: 2e-3,
     change: 1e-2,

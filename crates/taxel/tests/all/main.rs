@@ -11,6 +11,7 @@ mod common;
 
 mod architecture;
 mod contacts;
+mod documents;
 mod drift;
 mod editor_schema;
 mod electrode_section;
