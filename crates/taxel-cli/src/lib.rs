@@ -1,5 +1,11 @@
 //! The command `taxel`, and what the Python package shares with it: files by their names, the
 //! folder of solutions, sensors with a calibration.
+//!
+//! # Example: the command, called by a program
+//! ```
+//! let arguments = ["taxel", "check", "in-plane-50um"].map(std::ffi::OsString::from);
+//! assert_eq!(taxel_cli::run(arguments), 0);
+//! ```
 
 // Printing is what a command line is for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
