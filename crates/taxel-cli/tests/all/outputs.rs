@@ -251,7 +251,7 @@ fn signals_end_long_work_soon() {
             elapsed < AFTER_A_DESIGN && code == Some(3),
             "{signal} {elapsed:?} {code:?}"
         );
-        assert!(message.contains("note: stopped: "), "{message}");
+        assert!(message.contains("what is done is kept"), "{message}");
         let (elapsed, code, message) = ended_by(signal, &["verify", "B"], wait);
         assert!(
             elapsed < SOON && code == Some(3),

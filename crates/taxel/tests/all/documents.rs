@@ -31,6 +31,14 @@ fn entries() -> Vec<String> {
     found
 }
 
+/// True if a file has one of these endings.
+fn ends(name: &str, endings: &[&str]) -> bool {
+    let ending = Path::new(name)
+        .extension()
+        .and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| endings.contains(&ending))
+}
+
 /// The pages that are checked: name and text.
 fn pages(entries: &[String]) -> Vec<(&str, String)> {
     let top = [
@@ -40,7 +48,7 @@ fn pages(entries: &[String]) -> Vec<(&str, String)> {
         "DESIGN.md",
     ];
     let is_page = |name: &&String| {
-        top.contains(&name.as_str()) || (name.starts_with("docs/") && name.ends_with(".md"))
+        top.contains(&name.as_str()) || (name.starts_with("docs/") && ends(name, &["md"]))
     };
     let pages = entries.iter().filter(is_page);
     let read = |name: &String| fs::read_to_string(root().join(name)).unwrap();
@@ -130,7 +138,7 @@ fn every_link_leads_to_a_page_and_a_heading() {
 fn identifiers(entries: &[String]) -> HashSet<String> {
     let mut found = HashSet::new();
     for name in entries {
-        if name.ends_with(".rs") || name.ends_with(".pyi") || name.ends_with(".py") {
+        if ends(name, &["rs", "pyi", "py"]) {
             let text = fs::read_to_string(root().join(name)).unwrap();
             let code = text.lines().map(|line| line.split("//").next().unwrap());
             let words =
@@ -152,7 +160,7 @@ fn every_file_crate_and_item_that_is_named_exists() {
         .iter()
         .filter_map(|path| path.split('/').next())
         .collect();
-    let sources = [".rs", ".sh", ".ts", ".mjs", ".geo", ".msh"];
+    let sources = ["rs", "sh", "ts", "mjs", "geo", "msh"];
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for (page, text) in pages(&entries) {
         let prose = prose(&text);
@@ -161,9 +169,7 @@ fn every_file_crate_and_item_that_is_named_exists() {
             let is_item = |c: char| c.is_ascii_alphanumeric() || "_:".contains(c);
             let begins = name.split('/').next().unwrap();
             let there = if name.chars().all(is_path)
-                && (sources
-                    .iter()
-                    .any(|ending| name.ends_with(ending) && name != *ending)
+                && (ends(name, &sources)
                     || (name.contains('/') && top.contains(begins)))
                 // What a build leaves.
                 && !name.starts_with("fuzz/target")
@@ -223,11 +229,8 @@ fn the_tables_of_the_architecture_have_every_crate_and_only_modules_that_exist()
 fn sources_cite_only_pages_that_exist() {
     let entries = entries();
     let (mut wrong, mut seen) = (Vec::new(), 0);
-    let code = [".rs", ".py", ".pyi", ".toml", ".sh", ".ts", ".mjs"];
-    for name in entries
-        .iter()
-        .filter(|name| code.iter().any(|ending| name.ends_with(ending)))
-    {
+    let code = ["rs", "py", "pyi", "toml", "sh", "ts", "mjs"];
+    for name in entries.iter().filter(|name| ends(name, &code)) {
         let text = fs::read_to_string(root().join(name)).unwrap();
         for (at, _) in text.match_indices("docs/") {
             let is_path = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
