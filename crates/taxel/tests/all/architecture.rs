@@ -24,7 +24,6 @@ const NAMED: [(&str, usize); 10] = [
     // One for each kind: what it is made of.
     ("taxel-fabricate/src/plan.rs", 6),
     // The sweep of cross-sections.
-    ("taxel-cli/src/commands/sweep.rs", 1),
     // As the command.
     ("taxel-python/src/calibration.rs", 1),
     // Axes of measured forces.
