@@ -7,7 +7,6 @@
 #
 # Usage: bench/outputs.sh PROGRAM FOLDER [DATA]
 # DATA: folder with the sensors' calibration data and recordings (default: this tree).
-# A program of before the option was renamed calls `twin --calibration-data` `twin --bench`.
 # FOLDER/texts has the outputs as they are, FOLDER/numbers the numbers in them,
 # in their order, one a line, so that words may change and numbers may not.
 set -u
@@ -15,9 +14,8 @@ here=$(cd "$(dirname "$0")/.." && pwd)
 program=$(realpath "$1")
 mkdir -p "$2/texts" "$2/numbers" "$2/files"
 out=$(realpath "$2")
-bench=${3:-$(for d in "$here/crates/taxel-calibrate/data" "$here/crates/taxel/sensors/bench" "$here/sensors/bench"; do [ -d "$d" ] && echo "$d" && break; done)}
+bench=${3:-$here/crates/taxel-calibrate/data}
 recordings=$here/crates/taxel-recording/tests/recordings
-[ -d "$recordings" ] || recordings=$here/crates/taxel/tests/recordings
 cd "$out/files" || exit 1
 
 # A program that leaves existing files alone is told that these are its own.
@@ -33,8 +31,6 @@ run() {
     echo "exit $?" >>"$out/texts/$name.out"
 }
 
-synthetic=--calibration-data
-"$program" twin --help | grep -q -e "$synthetic" || synthetic=--bench
 sensors="in-plane-20um in-plane-50um in-plane-100um three-axis-8x8 three-axis-unit piezo-1.5mm piezo-2.3mm liquid-metal-2x4 eflesh-lattice"
 for sensor in $sensors; do
     run "check-$sensor" check "$sensor" --plot "drawing-$sensor.svg"
@@ -64,12 +60,12 @@ for source in finger; do run "live-sim-$source" live three-axis-8x8 --source "si
 run live-sim-press live in-plane-50um --source sim:press --headless --speed max --frames 1500 --format json
 for s in piezo-tap piezo-press piezo-slide; do run "live-$s" live piezo-1.5mm --source "sim:$s" --headless --speed max --frames 20000 --format json; done
 for s in pad-a pad-b pad-c pad-d pad-e; do run "live-$s" live liquid-metal-2x4 --source "sim:$s" --headless --speed max --frames 3000 --format json; done
-for r in iscan_excerpt.csv xsensor_excerpt.csv fscan_excerpt.asf; do
+for r in fingertip.csv insoles.csv foot.asf; do
     run "replay-$r" live --source "replay:$recordings/$r" --headless --speed max --format json
 done
 run calibrate-in-plane calibrate in-plane-50um "$bench/in-plane-synthetic.csv" --with in-plane-20um --with in-plane-100um -o in-plane.toml --report in-plane.html
 for sensor in in-plane-50um three-axis-unit three-axis-8x8 piezo-1.5mm liquid-metal-2x4; do
-    run "twin-$sensor" twin "$sensor" "$synthetic" -o "twin-$sensor.csv"
+    run "twin-$sensor" twin "$sensor" --calibration-data -o "twin-$sensor.csv"
     run "calibrate-twin-$sensor" calibrate "$sensor" "twin-$sensor.csv" -o "twin-$sensor.toml" --report "twin-$sensor.html"
 done
 run sweep sweep p4-sections -o sections.csv --plot sections.svg

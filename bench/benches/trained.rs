@@ -26,7 +26,7 @@ fn session(sensor: &str, stage: &str) -> Session {
 macro_rules! recorded {
     ($name:literal) => {
         include_str!(concat!(
-            "../../crates/taxel-calibrate/tests/data/eflesh/",
+            "../../crates/taxel-recording/tests/recordings/lattice/",
             $name
         ))
     };

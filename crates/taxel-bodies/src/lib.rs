@@ -18,9 +18,9 @@
 //! # Ok::<(), taxel::InputError>(())
 //! ```
 
-pub mod design;
 pub mod device;
 pub mod mechanics;
+pub mod microchannel_section;
 pub mod problem;
 mod solver;
 pub mod transduction;

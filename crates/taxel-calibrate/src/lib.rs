@@ -4,7 +4,7 @@
 //! [`calibrator`] gives the model of a device, [`ReadingTable`] reads its table, and
 //! one driver ([`Calibrator`]) does the rest for every device: it checks clocks and
 //! units, finds the loading branches, fits the model that is asked for and the others
-//! beside it, judges them by readings that are held out, and finds the hysteresis.
+//! for comparison, judges them by readings that are held out, and finds the hysteresis.
 //! The [`Outcome`] is written as a calibration file ([`CalibrationFile`]), a report,
 //! JSON or a table. Devices without a physical model are trained from recordings
 //! ([`train`], [`training`]).

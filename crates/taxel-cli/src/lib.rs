@@ -1,4 +1,10 @@
 //! The command `taxel`.
+//!
+//! # Example: the command, called by a program
+//! ```
+//! let arguments = ["taxel", "check", "in-plane-50um"].map(std::ffi::OsString::from);
+//! assert_eq!(taxel_cli::run(arguments), 0);
+//! ```
 
 // Printing is what a command line is for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]

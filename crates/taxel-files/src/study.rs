@@ -24,14 +24,10 @@ pub struct StudyText {
 /// A file that cannot be read.
 pub fn text(path: &Path) -> Result<StudyText, Stop> {
     let name = shown::path(path);
-    let shipped =
-        taxel_study::shipped_text(&name).or(taxel_bodies::design::Study::shipped_text(&name));
-    let text = match shipped {
+    let text = match taxel_study::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
         _ => files::text(path).map_err(|stop| {
-            let sections = taxel_bodies::design::Study::shipped_names();
-            let names = sections.chain(taxel_study::shipped_names());
-            files::with_shipped_names(stop, path, "study", names)
+            files::with_shipped_names(stop, path, "study", taxel_study::shipped_names())
         })?,
     };
     Ok(StudyText { name, text })
@@ -43,12 +39,6 @@ pub fn text(path: &Path) -> Result<StudyText, Stop> {
 /// A mistake in the file, or a sensor that cannot be read.
 pub fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
     let head = header(&study.name, &study.text)?;
-    if head.schema == 1 {
-        return Err(Stop::WrongInput(format!(
-            "{}: a study of schema 1 is only swept\nhelp: taxel sweep {0}, or write it in schema 2",
-            study.name
-        )));
-    }
     let path = PathBuf::from(&head.sensor);
     let text = sensor_text(&study.name, &path)?;
     let sensor = SensorText {

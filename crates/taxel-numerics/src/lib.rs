@@ -5,6 +5,21 @@
 //! Nothing here knows a sensor. Angles are in rad, times in s; everything else
 //! carries the caller's units.
 //!
+//! # Example: a charge amplifier that forgets a held load
+//! ```
+//! use taxel_numerics::linear_chain::{Chain, Transfer};
+//!
+//! // 2 V per unit of charge, time constant 0.25 s.
+//! let amplifier = Chain::new(&Transfer::high_pass(2.0, 0.25))?;
+//! // A load that rises within 1 ms and stays: pairs of time and charge.
+//! let load = [[0.0, 0.0], [1e-3, 1.0]];
+//! let volts = amplifier.respond(&load, &[1e-3, 0.25, 2.5]);
+//! assert!((volts[0] - 2.0).abs() < 0.01);
+//! assert!((volts[1] - 2.0 * f64::exp(-1.0)).abs() < 0.01);
+//! assert!(volts[2].abs() < 1e-3);
+//! # Ok::<(), taxel_numerics::linear_chain::ChainError>(())
+//! ```
+//!
 //! # Example: a decay with its uncertainty
 //! ```
 //! use taxel_numerics::least_squares::{FitOptions, Parameter, Problem, fit};

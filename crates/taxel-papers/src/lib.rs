@@ -1,7 +1,7 @@
-//! Every printed number of the four papers beside ours.
+//! Every printed number of the four papers, compared with ours.
 //!
 //! One table per paper, `papers/p1.toml` to `p4.toml`, holds each printed number once, with its
-//! place, digits, unit, kind and verdict. [`Paper::ledger`] computes ours beside
+//! place, digits, unit, kind and verdict. [`Paper::ledger`] computes ours for
 //! each row; the report (`taxel reproduce`), the tests and the pages of `docs/papers` read the
 //! same ledger.
 //!

@@ -9,8 +9,9 @@ use taxel::mechanics::{
     SectionClosure, Stretch,
 };
 use taxel::sensor::Sensor;
+use taxel::solutions::{Solutions, TablesOnly};
 use taxel::transduction::mean_inverse_area_ratio;
-use taxel_bodies::design::Study;
+use taxel_study::study::{SensorText, Study};
 
 const KILOPASCAL: f64 = 1e3;
 
@@ -189,16 +190,31 @@ fn simulation_inputs(ours: &mut Ours, array: &MicrochannelArray<'_>) {
     }
     let side = 2.0 * ours.printed("channel_width", -3) + ours.printed("wall", -3);
     ours.number("taxel_area", side.powi(2));
-    let Ok(study) = Study::parse(SWEEP, Study::shipped_text(SWEEP).unwrap_or_default()) else {
-        return;
-    };
-    let sections = &study.microchannel_sections;
-    ours.number("sweep_force", sections.pressures.from * 1e-6 / 1e-3);
-    ours.number("sweep_height", sections.heights.from * 1e6);
+    for (row, variable, scale) in [
+        ("sweep_force", "pressure", 1e-3),
+        ("sweep_height", "height", 1e6),
+    ] {
+        // A pressure in Pa on 1 mm² is a force of as many uN.
+        if let Some(least) = least_of_sweep(variable) {
+            ours.number(row, least * scale);
+        }
+    }
 }
 
-/// The study that repeats the sweep of the paper.
-const SWEEP: &str = "p4-sections";
+/// The least value of a variable in the study that repeats the sweep of the paper, SI.
+fn least_of_sweep(variable: &str) -> Option<f64> {
+    const STUDY: &str = "p4-sections";
+    let text = taxel_study::shipped_text(STUDY)?;
+    let name = "liquid-metal-2x4";
+    let sensor = SensorText {
+        name,
+        text: Sensor::shipped_text(name)?,
+    };
+    let solutions = Box::new(|| Box::new(TablesOnly) as Box<dyn Solutions>);
+    let study = Study::parse(STUDY, text, &sensor, solutions).ok()?;
+    let found = study.variables.iter().find(|one| one.name == variable)?;
+    found.values.grid(found.points).first().copied()
+}
 
 fn single_channel(ours: &mut Ours) {
     let cells: Vec<Cell> = [

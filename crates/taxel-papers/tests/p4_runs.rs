@@ -3,12 +3,16 @@
 
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
+use taxel::solutions::{Solutions, TablesOnly};
 use taxel::table::Cell;
-use taxel_bodies::design::{SectionState, Study, sweep};
 use taxel_bodies::mechanics::microchannel_cell::{Filling, VoidStudy, WallContact};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::{CornerDivision, VoidCell};
 use taxel_papers::{Paper, Run};
+use taxel_study::answers::Outcome;
+use taxel_study::run::Runner;
+use taxel_study::study::{SensorText, Study};
+use taxel_study::sweep::designs;
 
 fn run(id: &str) -> &'static Run {
     Paper::P4.table().run(id).unwrap()
@@ -38,27 +42,32 @@ fn a_tenth_of_the_sweep() {
         let sum: f64 = stored.rows.iter().map(|row| row[column]).sum();
         assert_eq!(sum, stored.values[name], "{name}");
     }
-    let text = Study::shipped_text("p4-sections").unwrap();
-    let mut study = Study::parse("p4-sections", text).unwrap();
     let row = &stored.rows[1];
-    let heights = &mut study.microchannel_sections.heights;
-    (heights.from, heights.count) = (row[0] * 1e-6, 1);
-    let sensor = Sensor::shipped(&study.sensor).unwrap();
-    let array = sensor.microchannels().unwrap();
-    let pitch = array.layout().pitch[0];
-    let solved = sweep(
-        &study.microchannel_sections,
-        array.element,
-        pitch,
-        &|_, _| true,
-    );
-    let answers = || solved.iter().flat_map(|design| &design.answers);
+    let text = taxel_study::shipped_text("p4-sections").unwrap();
+    let heights = "range = [\"20 um\", \"200 um\"]\npoints = 10\n";
+    let text = text.replacen(heights, &format!("values = [\"{} um\"]\n", row[0]), 1);
+    let name = "liquid-metal-2x4";
+    let sensor = SensorText {
+        name,
+        text: Sensor::shipped_text(name).unwrap(),
+    };
+    let solutions = Box::new(|| Box::new(TablesOnly) as Box<dyn Solutions>);
+    let study = Study::parse("p4-sections", &text, &sensor, solutions).unwrap();
+    let designs = designs(&study, None).unwrap();
+    let solved = Runner::new(&study).rows(&designs).unwrap();
+    let at = study.answers.iter().position(|answer| answer.word).unwrap();
+    let states: Vec<_> = solved
+        .into_iter()
+        .map(|row| row.unwrap().answers[at].clone())
+        .collect();
+    assert_eq!(states.len(), 100);
     for (state, stored) in [
-        (SectionState::Open, row[1]),
-        (SectionState::Closed, row[2]),
-        (SectionState::Beyond, row[3]),
+        ("open", row[1]),
+        ("closed", row[2]),
+        ("beyond_solution", row[3]),
     ] {
-        let count = answers().filter(|answer| answer.state == state).count();
+        let state = Outcome::Word(state.to_owned());
+        let count = states.iter().filter(|one| **one == state).count();
         assert_eq!(count as f64, stored, "{state:?}");
     }
 }

@@ -218,11 +218,6 @@ impl Study {
     ) -> PyResult<Self> {
         pool::run(py, move |_| {
             let head = header(&file, &text)?;
-            if head.schema == 1 {
-                let help = "taxel sweep on the command line sweeps it";
-                let message = "a study of schema 1 is only swept";
-                return Err(InputError::whole(&file, message).help(help).into());
-            }
             let (name, sensor) = if let Some(sensor) = sensor {
                 sensor
             } else {

@@ -203,7 +203,7 @@ def test_mistakes_of_calibration_data_are_at_their_place(tmp_path: Path) -> None
 
 
 def test_recordings_without_a_header_say_their_unit() -> None:
-    folder = ROOT / "crates/taxel-calibrate/tests/data/eflesh"
+    folder = ROOT / "crates/taxel-recording/tests/recordings/lattice"
     data = [folder / "force_sensor.csv", folder / "force_states.csv"]
     grams = taxel.calibrate("eflesh-lattice", data, scale_unit="g")
     assert grams.text == taxel.calibrate("eflesh-lattice", data).text

@@ -9,10 +9,10 @@ use std::fmt::Write as _;
 
 use taxel_recording::Recording;
 
-const FILE: &[u8] = include_bytes!("../tests/recordings/iscan_excerpt.csv");
+const FILE: &[u8] = include_bytes!("../tests/recordings/fingertip.csv");
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let recording = Recording::open("iscan_excerpt.csv", FILE)?;
+    let recording = Recording::open("fingertip.csv", FILE)?;
     let stream = recording.stream().clone();
     println!(
         "{} x {} sensels in {}",

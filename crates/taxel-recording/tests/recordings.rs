@@ -1,20 +1,21 @@
-//! Recordings: excerpts of real ones, cut and damaged ones, and our own.
+//! Recordings: samples whose touch is known, cut and damaged ones, and our own format.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 use std::fs;
 use std::io::{self, BufReader, Cursor, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proptest::prelude::*;
 use taxel_recording::{ChannelWriter, Format, Recording, RecordingError};
 use taxel_recording::{Frame, Quantity, SignalUnit, Stream};
 
-const ISCAN: &str = include_str!("recordings/iscan_excerpt.csv");
-const FSCAN: &str = include_str!("recordings/fscan_excerpt.asf");
-const XSENSOR: &str = include_str!("recordings/xsensor_excerpt.csv");
+const ISCAN: &str = include_str!("recordings/fingertip.csv");
+const FSCAN: &str = include_str!("recordings/foot.asf");
+const XSENSOR: &str = include_str!("recordings/insoles.csv");
 
-/// Pascals of the conventional millimetre of mercury.
-const MMHG: f64 = 133.322387415;
+#[path = "../examples/samples/recordings/mod.rs"]
+mod samples;
+use samples::{lattice, tekscan, xsensor, xsensor::MMHG};
 
 fn open(text: &str) -> Recording<&[u8]> {
     Recording::open("test", text.as_bytes()).unwrap()
@@ -52,6 +53,16 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
 }
 
 #[test]
+fn the_committed_samples_are_what_the_generator_writes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recordings");
+    for (name, text) in samples::all() {
+        let committed = fs::read_to_string(folder.join(name)).unwrap();
+        // Not `assert_eq`: it would print both files.
+        assert!(committed == text, "{name}: write it again (see its README)");
+    }
+}
+
+#[test]
 fn iscan_has_the_shape_its_header_states() {
     let recording = open(ISCAN);
     assert_eq!(recording.format(), Format::Tekscan);
@@ -65,28 +76,30 @@ fn iscan_has_the_shape_its_header_states() {
         (Quantity::Raw, "raw")
     );
     // 0.127 cm, one rounding.
-    assert_close(stream.pitch.unwrap()[0], 1.27e-3, 1e-18);
-    assert_close(stream.pitch.unwrap()[1], 1.27e-3, 1e-18);
+    assert_close(stream.pitch.unwrap()[0], tekscan::FINGER_PITCH, 1e-18);
+    assert_close(stream.pitch.unwrap()[1], tekscan::FINGER_PITCH, 1e-18);
     assert_eq!((stream.period, stream.threshold), (Some(0.1), Some(3.0)));
-    assert_eq!(
-        stream.present.iter().filter(|&&present| !present).count(),
-        300
-    );
+    for (at, &present) in stream.present.iter().enumerate() {
+        assert_eq!(present, tekscan::finger_has(at / 28, at % 28), "{at}");
+    }
     let frames: Vec<_> = recording.map(Result::unwrap).collect();
-    assert_eq!(frames.len(), 60);
-    // `Frame 60, 5.96,, ...`: not 59 periods of 0.1 s, the frame line holds.
-    assert_eq!(
-        (frames[59].sequence, frames[59].time_ns),
-        (60, 5_960_000_000)
-    );
-    // Row 2 of frame 1 is `B,B,5,0,...`, row 3 has its 5 in column 12.
-    assert_eq!(frames[0].values[2 * 28 + 2], 5.0);
-    assert_eq!(frames[0].values[3 * 28 + 12], 5.0);
-    for frame in &frames {
+    assert_eq!(frames.len(), tekscan::FINGER_FRAMES);
+    for (number, frame) in frames.iter().enumerate() {
+        // The frame line holds, not the stated period.
+        let centiseconds = (100.0 * tekscan::finger_time(number)).round() as u64;
+        assert_eq!(
+            (frame.sequence, frame.time_ns),
+            (number as u64 + 1, 10_000_000 * centiseconds)
+        );
+        for [row, column] in tekscan::STUCK {
+            let above = frame.values[row * 28 + column] - tekscan::STUCK_READING;
+            assert!([0.0, 1.0, 2.0].contains(&above), "{above}");
+        }
         for (value, &present) in frame.values.iter().zip(&stream.present) {
             assert_eq!(value.is_nan(), !present);
         }
     }
+    assert_eq!(frames[59].time_ns, 5_960_000_000);
 }
 
 /// Sum of all readings of each frame that the file itself states.
@@ -97,71 +110,149 @@ fn raw_sums(text: &str) -> Vec<f64> {
         .collect()
 }
 
-fn sum(frame: &Frame) -> f64 {
-    frame.values.iter().filter(|value| !value.is_nan()).sum()
-}
-
 #[test]
 fn iscan_frames_add_up_to_the_sums_in_the_file() {
+    let sum = |frame: &Frame| -> f64 { frame.values.iter().filter(|value| !value.is_nan()).sum() };
     let sums: Vec<_> = frames(ISCAN).iter().map(sum).collect();
     // Whole numbers: exact.
     assert_eq!(sums, raw_sums(ISCAN));
-    // The finger presses, lets go and presses again.
-    let (low, high) = (sums[53], sums[40]);
-    assert_eq!((low, high), (150.0, 823.0));
+}
+
+/// Force (in units of readings on an area of one sensel) and middle (in sensels) of the readings that `counts`.
+fn load(stream: &Stream, frame: &Frame, counts: impl Fn([usize; 2]) -> bool) -> (f64, [f64; 2]) {
+    let (mut sum, mut moments) = (0.0, [0.0; 2]);
+    for (at, value) in frame.values.iter().enumerate() {
+        let cell = [at / stream.columns, at % stream.columns];
+        if counts(cell) && !value.is_nan() {
+            sum += value;
+            for axis in 0..2 {
+                moments[axis] += value * (cell[axis] as f64 + 0.5);
+            }
+        }
+    }
+    (sum, moments.map(|moment| moment / sum))
+}
+
+/// The pressure at 8 x 8 points of each sensel adds up to the force within this share: the points are at most an 18th
+/// of a radius apart, and midpoints err by that to the power of 1.5 where the pressure ends like a root.
+const OF_POINTS: f64 = 0.013;
+
+#[test]
+fn a_fingertip_presses_where_and_as_it_was_pressed() {
+    let recording = open(ISCAN);
+    let stream = recording.stream().clone();
+    let per_count = tekscan::FINGER_FORCE_PER_COUNT;
+    let threshold = tekscan::LEAST_COUNTS * per_count / tekscan::FINGER_PITCH.powi(2);
+    let mut held = 0;
+    for frame in recording.map(Result::unwrap) {
+        let truth = tekscan::finger(frame.time_ns as f64 * 1e-9);
+        let touch = |cell| !tekscan::STUCK.contains(&cell);
+        let (counts, middle) = load(&stream, &frame, touch);
+        // The second touch is on the worn sensel.
+        if truth.force < 2.0 || frame.time_ns > 4_200_000_000 {
+            assert!(truth.force > 0.0 || counts == 0.0);
+            continue;
+        }
+        held += 1;
+        let suppressed = samples::below(threshold, &[truth], [28, 28], tekscan::FINGER_PITCH);
+        let loaded = frame.values.iter().filter(|value| **value > 0.0).count();
+        // Half a count of each, and five deviations of the noise of all.
+        let noise = 5.0 * tekscan::FINGER_NOISE * (loaded as f64).sqrt();
+        let rounding = (0.5 * loaded as f64 + noise) * per_count;
+        let found = counts * per_count + suppressed;
+        let tolerance = rounding + OF_POINTS * truth.force;
+        assert_close(found, truth.force, tolerance);
+        for (found, expected) in middle.iter().zip(truth.centre) {
+            // All that is rounded or suppressed on one side of the contact.
+            let lever = truth.radius / tekscan::FINGER_PITCH;
+            let most = lever * (tolerance + suppressed) / truth.force;
+            assert_close(*found, expected / tekscan::FINGER_PITCH, most);
+        }
+    }
+    assert!(held > 20, "{held}");
 }
 
 #[test]
 fn fscan_readings_are_pascals_and_times_follow_from_frame_numbers() {
     let recording = open(FSCAN);
     let stream = recording.stream().clone();
-    assert_eq!((stream.rows, stream.columns), (60, 21));
+    assert_eq!([stream.rows, stream.columns], tekscan::FOOT_SHAPE);
     assert_eq!(stream.unit.symbol, "kPa");
     assert_eq!((stream.period, stream.threshold), (Some(0.032), None));
-    assert_close(stream.pitch.unwrap()[0], 5.08e-3, 1e-18);
+    assert_close(stream.pitch.unwrap()[0], tekscan::FOOT_PITCH, 1e-18);
+    let area = tekscan::FOOT_PITCH * tekscan::FOOT_PITCH;
     let frames: Vec<_> = recording.map(Result::unwrap).collect();
-    assert_eq!(frames.len(), 20);
+    assert_eq!(frames.len(), tekscan::FOOT_FRAMES);
     assert_eq!((frames[0].sequence, frames[0].time_ns), (1, 0));
     assert_eq!((frames[19].sequence, frames[19].time_ns), (20, 608_000_000));
-    // Row 56 of frame 1 in the file: B,B,B,B,B,0,0,0,184,368,172,226,53,0,...
-    let row = &frames[0].values[56 * 21..57 * 21];
-    assert!(row[..5].iter().all(|value| value.is_nan()));
-    assert_eq!(
-        row[5..14],
-        [0.0, 0.0, 0.0, 184e3, 368e3, 172e3, 226e3, 53e3, 0.0]
-    );
+    for (number, frame) in frames.iter().enumerate() {
+        for (at, value) in frame.values.iter().enumerate() {
+            assert_eq!(value.is_nan(), !tekscan::foot_has(at / 21, at % 21));
+            // Whole kilopascals.
+            assert!(value.is_nan() || value % 1e3 == 0.0);
+        }
+        let truth: f64 = tekscan::foot_contacts(number)
+            .iter()
+            .map(|one| one.force)
+            .sum();
+        let (pressure, _) = load(&stream, frame, |_| true);
+        let loaded = frame.values.iter().filter(|value| **value > 0.0).count();
+        // A step of a count on a sensel, of which half is lost, and the kilopascals that are printed.
+        let step = tekscan::SATURATION / 255.0;
+        let rounding = 0.5 * loaded as f64 * (step + 1e3) * area;
+        let contacts = tekscan::foot_contacts(number);
+        let threshold = tekscan::LEAST_COUNTS * step;
+        let suppressed = samples::below(
+            threshold,
+            &contacts,
+            tekscan::FOOT_SHAPE,
+            tekscan::FOOT_PITCH,
+        );
+        let tolerance = rounding + OF_POINTS * truth;
+        assert_close(pressure * area + suppressed, truth, tolerance);
+    }
 }
 
 #[test]
 fn xsensor_delivers_the_sensor_that_is_asked_for() {
     let left = open(XSENSOR);
     assert_eq!(left.format(), Format::Xsensor);
-    let names = [
-        "HX210.11.31.M11-DFM-LF S0073",
-        "HX210.11.31.M11-DFM-RF S0073",
-    ];
+    let names = xsensor::NAMES;
     assert_eq!(left.sensors(), names);
     let stream = left.stream().clone();
     assert_eq!(
-        (stream.name.as_str(), stream.rows, stream.columns),
-        (names[0], 31, 11)
+        (stream.name.as_str(), [stream.rows, stream.columns]),
+        (names[0], xsensor::SHAPE)
     );
     assert_eq!(stream.unit.symbol, "mmHg");
-    assert_close(stream.pitch.unwrap()[0], 8.6e-3, 1e-17);
-    assert_eq!(stream.threshold, Some(51.72 * MMHG));
-    let frames: Vec<_> = left.map(Result::unwrap).collect();
-    let numbers: Vec<_> = frames
-        .iter()
-        .map(|frame| (frame.sequence, frame.time_ns))
-        .collect();
-    // 08:21:17.982, 08:21:17.995 and 08:21:18.008.
-    assert_eq!(numbers, [(1464, 0), (1465, 13_000_000), (1466, 26_000_000)]);
-    // The second row of the file.
-    assert_eq!(frames[0].values[11 + 5], 107.87 * MMHG);
-
+    assert_close(stream.pitch.unwrap()[0], xsensor::PITCH, 1e-17);
+    assert_eq!(stream.threshold, Some(xsensor::THRESHOLD * MMHG));
     let right = Recording::open_sensor("x", XSENSOR.as_bytes(), names[1]).unwrap();
     assert_eq!(right.stream().name, names[1]);
-    assert_eq!(right.count(), 3);
+    let area = xsensor::PITCH * xsensor::PITCH;
+    for (side, recording) in [left, right].into_iter().enumerate() {
+        let frames: Vec<_> = recording.map(Result::unwrap).collect();
+        let numbers: Vec<_> = frames
+            .iter()
+            .map(|frame| (frame.sequence, frame.time_ns))
+            .collect();
+        // 09:59:59.990, 10:00:00.003 and 10:00:00.016.
+        assert_eq!(numbers, [(1464, 0), (1465, 13_000_000), (1466, 26_000_000)]);
+        for (number, frame) in frames.iter().enumerate() {
+            let truth: f64 = xsensor::contacts(side, number)
+                .iter()
+                .map(|one| one.force)
+                .sum();
+            let (pressure, _) = load(&stream, frame, |_| true);
+            let contacts = xsensor::contacts(side, number);
+            let threshold = xsensor::THRESHOLD * MMHG;
+            let suppressed = samples::below(threshold, &contacts, xsensor::SHAPE, xsensor::PITCH);
+            assert!(truth > 100.0);
+            // Hundredths of a mmHg are nothing beside the points.
+            let tolerance = 1.1 * OF_POINTS * truth;
+            assert_close(pressure * area + suppressed, truth, tolerance);
+        }
+    }
 }
 
 /// The entries `key` of the blocks of one sensor.
@@ -179,15 +270,14 @@ fn statistics(text: &str, sensor: &str, key: &str) -> Vec<f64> {
     found
 }
 
-/// Compares every frame of both sensors with the statistics in the file.
-fn check_xsensor_statistics(text: &str) {
-    let names = open(text).sensors().to_vec();
-    for name in names {
-        let recording = Recording::open_sensor("x", text.as_bytes(), &name).unwrap();
+#[test]
+fn xsensor_readings_have_the_peak_and_average_in_the_file() {
+    for name in xsensor::NAMES {
+        let recording = Recording::open_sensor("x", XSENSOR.as_bytes(), name).unwrap();
         let frames: Vec<_> = recording.map(Result::unwrap).collect();
-        let peaks = statistics(text, &name, "Peak Pressure (mmHg),");
-        let averages = statistics(text, &name, "Average Pressure (mmHg),");
-        let lowest = statistics(text, &name, "Minimum Pressure (mmHg),");
+        let peaks = statistics(XSENSOR, name, "Peak Pressure (mmHg),");
+        let averages = statistics(XSENSOR, name, "Average Pressure (mmHg),");
+        let lowest = statistics(XSENSOR, name, "Minimum Pressure (mmHg),");
         assert_eq!(
             [peaks.len(), averages.len(), lowest.len()],
             [frames.len(); 3]
@@ -208,40 +298,37 @@ fn check_xsensor_statistics(text: &str) {
             // Conversion to Pa and back, relative 2e-16 each way.
             assert_close(largest, *peak, 1e-11);
             assert_close(smallest, *least, 1e-11);
-            // Printed with two digits, and of readings that were rounded to two
-            // digits themselves: half a unit each.
-            assert_close(loaded.iter().sum::<f64>() / count, *average, 0.01);
+            // Printed with two digits: half a unit.
+            assert_close(loaded.iter().sum::<f64>() / count, *average, 0.005 + 1e-11);
         }
     }
 }
 
 #[test]
-fn xsensor_readings_have_the_peak_and_average_in_the_file() {
-    check_xsensor_statistics(XSENSOR);
-}
-
-#[test]
-fn vendor_files_are_read_to_their_end() {
-    let Some(folder) = std::env::var_os("TAXEL_RECORDINGS").map(PathBuf::from) else {
-        io::Write::write_all(
-            &mut io::stderr(),
-            b"skipped: TAXEL_RECORDINGS names no folder with the full vendor files\n",
-        )
-        .unwrap();
-        return;
-    };
-    let read = |name: &str| fs::read_to_string(Path::new(&folder).join(name)).unwrap();
-    let iscan = read("iscan_test.csv");
-    let iscan_frames = frames(&iscan);
-    assert_eq!(iscan_frames.len(), 309);
-    assert_eq!(
-        iscan_frames.iter().map(sum).collect::<Vec<_>>(),
-        raw_sums(&iscan)
-    );
-    assert_eq!(frames(&read("fscan_testL.asf")).len(), 205);
-    let xsensor = read("xsensor_data.csv");
-    assert_eq!(frames(&xsensor).len(), 101);
-    check_xsensor_statistics(&xsensor);
+fn rows_without_a_header_are_the_motion_of_the_stage() {
+    let (run, truth) = lattice::force_run_and_truth();
+    let frames: Vec<_> = Recording::open_bare("states.csv", run.states.as_bytes())
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    assert_eq!(frames.len(), lattice::FORCE_ROWS);
+    let mut last = 0.0;
+    let mut compared = 0;
+    for (frame, truth) in frames.iter().zip(&truth) {
+        let grams = frame.values[3];
+        if grams >= 0.0 {
+            compared += 1;
+            // What the scale shows is up to 0.2 s old: as much as the force changed since the reading before.
+            let newtons = grams * lattice::NEWTONS_PER_GRAM;
+            let change: f64 = truth - last;
+            assert_close(newtons, *truth, change.abs() * 1.1 + 0.01);
+            last = *truth;
+        }
+    }
+    assert!(compared > lattice::FORCE_ROWS / 2);
+    let sensor = Recording::open_bare("sensor.csv", run.sensor.as_bytes()).unwrap();
+    assert_eq!(sensor.stream().columns, 15);
+    assert_eq!(sensor.count(), lattice::FORCE_ROWS);
 }
 
 /// A small recording and the offsets at which its frames are complete.

@@ -1,4 +1,25 @@
 //! Live sources, HTTP and WebSocket service, and the page.
+//!
+//! A [`Session`] joins a [`Source`] of frames (the twin, a recording, a link to a board) and the
+//! estimator of its device; it runs headless or serves the page.
+//!
+//! # Example: frames of the simulated twin
+//! ```
+//! use taxel::acquisition::{Stimulus, Twin};
+//! use taxel::sensor::Sensor;
+//! use taxel_serve::{Next, Source, TwinSource};
+//!
+//! let sensor = Sensor::shipped("three-axis-8x8").expect("a shipped sensor");
+//! let script = Stimulus::shipped_text("finger").expect("a shipped script");
+//! let twin = Twin::new(&sensor, &Stimulus::parse("finger", script)?, 1)?;
+//! let mut source = TwinSource::new(twin);
+//! assert_eq!(source.stream().channels(), 256);
+//! while let Next::Frame(frame) = source.next()? {
+//!     assert_eq!(frame.values.len(), 256);
+//!     if frame.sequence == 5 { break; }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod board;
 mod capture;

@@ -10,7 +10,7 @@ use taxel::quantity::{self, Dimension};
 use taxel::sensor::Sensor;
 use taxel::summary::{self, Fact};
 use taxel::table::{Cell, Column};
-use taxel_bodies::design::{self, DrawnSection, SectionRow, SectionState};
+use taxel_bodies::microchannel_section::{DrawnSection, SectionRow, SectionState, solve_section};
 
 use crate::exponents::Exponents;
 use crate::file::{AfterFile, AnswerFile, MechanicsFile, RadiusFile, Source, Take};
@@ -1457,7 +1457,7 @@ impl Section {
         let same = |known: &SolvedSection| known.thickness == drawn.thickness && known.way == way;
         let solved = known.filter(same).unwrap_or_else(|| SolvedSection {
             thickness: drawn.thickness,
-            row: design::solve_section(element, drawn, &way),
+            row: solve_section(element, drawn, &way),
             way,
         });
         let outcome = self.of(&solved.row, pressure, accept);

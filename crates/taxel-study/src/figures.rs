@@ -250,10 +250,15 @@ fn feasible(study: &Study, row: &Row) -> bool {
             .all(|one| *one <= crate::optimise::SLACK)
 }
 
-/// The figure of a sweep: lines over one variable, maps over two, parallel coordinates and
-/// pairs over more.
+/// The figure of a sweep: lines over one variable, maps over two (small ones for each value of a
+/// condition), parallel coordinates and pairs over more.
 pub fn sweep(study: &Study, rows: &[Row]) -> String {
     let across = variables(study);
+    if study.sweep.plan == "grid"
+        && let Some(order) = of_condition(study)
+    {
+        return small_maps(study, rows, order);
+    }
     match across.len() {
         0 | 1 => lines(study, rows),
         2 if study.sweep.plan == "grid" => maps(study, rows),
@@ -410,6 +415,105 @@ fn maps(study: &Study, rows: &[Row]) -> String {
         note = format!("{note}; black line: border of the constraints ({names})");
     }
     svg.text("note", [90.0, 44.0], Anchor::Start, &note);
+    svg.finish([WIDTH, height], &study.name, STYLE)
+}
+
+/// The two variables with a key and the condition, by their places in a point, if these are what varies.
+fn of_condition(study: &Study) -> Option<[usize; 3]> {
+    let varied = (0..study.variables.len()).filter(|index| study.variables[*index].values.varies());
+    let (keyed, conditions): (Vec<usize>, Vec<usize>) =
+        varied.partition(|index| study.variables[*index].key.is_some());
+    match (&keyed[..], &conditions[..]) {
+        ([x, y], [condition]) => Some([*x, *y, *condition]),
+        _ => None,
+    }
+}
+
+/// For each answer a row of small maps, one for each value of the condition, in one scale of colours.
+fn small_maps(study: &Study, rows: &[Row], order: [usize; 3]) -> String {
+    const ACROSS: usize = 5;
+    let (side, gap, left, top) = (108.0, [10.0, 34.0], 60.0, 70.0);
+    let lists = order.map(|index| {
+        let variable = &study.variables[index];
+        variable.values.grid(variable.points)
+    });
+    let columns = order.map(|index| variable_column(&study.variables[index]));
+    let nearest = |list: &[f64], value: f64| {
+        let distance = |index: &usize| (list[*index] - value).abs();
+        (0..list.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let lines = lists[2].len().div_ceil(ACROSS);
+    let block = lines as f64 * (side + gap[1]) + 44.0;
+    let upward = answers(study);
+    let height = top + block * upward.len() as f64;
+    let mut svg = Svg::default();
+    svg.rectangle("paper", [0.0; 2], [WIDTH, height]);
+    svg.text("title", [WIDTH / 2.0, 26.0], Anchor::Middle, &study.name);
+    let ends = |index: usize| {
+        let shown =
+            |value: Option<&f64>| short(value.copied().unwrap_or(f64::NAN) / columns[index].scale);
+        let (first, last) = (shown(lists[index].first()), shown(lists[index].last()));
+        format!("{} from {first} to {last}", title_of(&columns[index]))
+    };
+    let note = format!(
+        "to the right {}; upward {}; white: no answer",
+        ends(0),
+        ends(1)
+    );
+    svg.text("note", [left, 44.0], Anchor::Start, &note);
+    for (number, answer) in upward.iter().enumerate() {
+        let values: Vec<f64> = rows.iter().map(|row| (answer.value)(row)).collect();
+        let positive = values
+            .iter()
+            .all(|value| !value.is_finite() || *value > 0.0);
+        let scale = Axis::of(String::new(), values.iter().copied(), positive);
+        let head = top + block * number as f64;
+        svg.text(
+            "head",
+            [left, head],
+            Anchor::Start,
+            &title_of(&answer.column),
+        );
+        let corner = |k: usize| {
+            [
+                left + (side + gap[0]) * (k % ACROSS) as f64,
+                head + 10.0 + (side + gap[1]) * (k / ACROSS) as f64,
+            ]
+        };
+        let cell = [0, 1].map(|axis| side / lists[axis].len() as f64);
+        for (row, value) in rows
+            .iter()
+            .zip(&values)
+            .filter(|(_, value)| value.is_finite())
+        {
+            let place = [0, 1, 2].map(|k| nearest(&lists[k], row.point[order[k]]));
+            let [Some(i), Some(j), Some(k)] = place else {
+                continue;
+            };
+            let [x, y] = corner(k);
+            svg.raw(&format!(
+                "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{}\"/>",
+                x + cell[0] * i as f64,
+                y + side - cell[1] * (j + 1) as f64,
+                cell[0] + 0.3,
+                cell[1] + 0.3,
+                colour(scale.share(*value))
+            ));
+        }
+        for (k, value) in lists[2].iter().enumerate() {
+            svg.rectangle("frame", corner(k), [side; 2]);
+            let [x, y] = corner(k);
+            let name = format!("{} {}", short(value / columns[2].scale), columns[2].unit);
+            svg.text(
+                "tick",
+                [x + side / 2.0, y + side + 15.0],
+                Anchor::Middle,
+                &name,
+            );
+        }
+        let bar = [left + (side + gap[0]) * ACROSS as f64 + 4.0, head + 10.0];
+        colour_bar(&mut svg, bar, side, &scale);
+    }
     svg.finish([WIDTH, height], &study.name, STYLE)
 }
 

@@ -1,4 +1,4 @@
-//! Shipped studies of schema 2.
+//! Shipped studies.
 
 const SHIPPED: &[(&str, &str)] = &[
     (
@@ -14,6 +14,7 @@ const SHIPPED: &[(&str, &str)] = &[
     ("p2-after", include_str!("../studies/p2-after.toml")),
     ("p3-pitch", include_str!("../studies/p3-pitch.toml")),
     ("p3-places", include_str!("../studies/p3-places.toml")),
+    ("p4-sections", include_str!("../studies/p4-sections.toml")),
 ];
 
 /// Names of the shipped studies.

@@ -10,12 +10,9 @@ mod common;
 
 use std::path::Path;
 
-use taxel::table::{self, Cell, Column};
-use taxel_bodies::design::MicrochannelSections;
 use taxel_study::plans::sobol;
 use taxel_study::run::Runner;
 use taxel_study::study::Status;
-use taxel_study::sweep::designs;
 
 use common::{near, number, reference, shipped, study_of};
 
@@ -163,121 +160,6 @@ fn pitches(every: usize) {
         near(answer(0), number(row, "place_rms_mm") * 1e-3, 1e-5, &what);
         near(answer(1), number(row, "place_worst_mm") * 1e-3, 1e-5, &what);
     }
-}
-
-/// The sweep of P4 as a study of schema 2.
-fn in_schema_2(sections: &MicrochannelSections) -> String {
-    let list = |values: Vec<f64>, scale: f64, unit: &str| {
-        let shown = values
-            .iter()
-            .map(|value| format!("\"{} {unit}\"", value * scale));
-        shown.collect::<Vec<_>>().join(", ")
-    };
-    let variables = format!(
-        "[variables.height]\nkey = \"element.microchannel.section.height\"\nvalues = [{}]\n\
-         [variables.cover]\nkey = \"element.microchannel.columns.roof\"\nvalues = [{}]\n\
-         [variables.pressure]\nvalues = [{}]\n",
-        list(sections.heights.values(), 1e6, "um"),
-        list(sections.covers.values(), 1e6, "um"),
-        list(sections.pressures.values(), 1e-3, "kPa"),
-    );
-    let columns = taxel_bodies::design::columns();
-    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-    let answer = |quantity: &&str| {
-        format!(
-            "[answers.{quantity}]\nof = \"channel_section\"\nquantity = \"{quantity}\"\n\
-             pressure = \"pressure\"\nthickness = \"{} um\"\n\
-             accept = [\"open\", \"closed\", \"beyond_solution\"]\n",
-            sections.thickness * 1e6
-        )
-    };
-    let answers: String = names[3..].iter().map(answer).collect();
-    // No section is taken from the closing curves of the sensor file.
-    format!(
-        "schema = 2\nname = \"microchannel sections of P4\"\nsensor = \"liquid-metal-2x4\"\n\
-         [set]\n\"element.microchannel.columns.closing\" = \
-         {{ points = [{{ net_pressure = \"2 kPa\", area_ratio = 0.9 }}] }}\n\
-         \"element.microchannel.columns.thinnest\" = []\n\
-         {variables}[links]\n\"element.microchannel.rows.roof\" = \"cover + height + 100 um\"\n\
-         {answers}[sweep]\ncolumns = {names:?}\n"
-    )
-}
-
-/// Compares the two tables as CSV, byte for byte: their states. Rows with a length that no text in
-/// micrometres gives to the last bit (equal steps in metres: 0.00014000000000000001) agree to ten digits.
-fn same_bytes(shipped: &taxel_bodies::design::Study) -> Vec<String> {
-    let sections = &shipped.microchannel_sections;
-    let sensor = taxel::sensor::Sensor::shipped(&shipped.sensor).unwrap();
-    let element = sensor.microchannels().unwrap().element;
-    let swept = taxel_bodies::design::sweep(sections, element, sensor.array.pitch[0], &|_, _| true);
-    let csv = |columns: &[Column], cells: &[Vec<Cell>]| {
-        table::render(table::Format::Csv, &serde_json::Map::new(), columns, cells)
-    };
-    let cells = taxel_bodies::design::cells(&swept);
-    let before = csv(&taxel_bodies::design::columns(), &cells);
-
-    let study = study_of(&in_schema_2(sections));
-    let points = designs(&study, None).unwrap();
-    let rows = Runner::new(&study).rows(&points).unwrap();
-    let rows: Vec<_> = rows.into_iter().flatten().collect();
-    let (columns, chosen) = taxel_study::sweep::table(&study, &rows);
-    let after = csv(&columns, &chosen);
-    let length = |cell: &Cell| match cell {
-        Cell::Number(length) => *length,
-        other => panic!("{other:?}"),
-    };
-    let lengths = cells.iter().map(|row| [0, 1].map(|k| length(&row[k])));
-    let lengths: Vec<[f64; 2]> = lengths.collect();
-    // The first two lines are the head and the names.
-    let heads = before.lines().count() - cells.len();
-    assert_eq!(after.lines().count(), before.lines().count());
-    for (place, (after, before)) in after.lines().zip(before.lines()).enumerate() {
-        let row = place.checked_sub(heads).map(|row| lengths[row]);
-        let as_text = |length: f64| (length * 1e6) / 1e6 == length;
-        if row.is_none_or(|lengths| lengths.into_iter().all(as_text)) {
-            assert_eq!(after, before);
-            continue;
-        }
-        for (after, before) in after.split(',').zip(before.split(',')) {
-            match (after.parse::<f64>(), before.parse::<f64>()) {
-                (Ok(after), Ok(before)) => near(after, before, 1e-10, "a rounded length"),
-                _ => assert_eq!(after, before),
-            }
-        }
-    }
-    let state = |row: &Vec<Cell>| match &row[10] {
-        Cell::Text(state) => state.to_string(),
-        other => panic!("{other:?}"),
-    };
-    cells.iter().map(state).collect()
-}
-
-#[test]
-fn the_sweep_of_p4_in_schema_2_gives_the_same_bytes() {
-    let text = taxel_bodies::design::Study::shipped_text("p4-sections").unwrap();
-    let mut sweep = taxel_bodies::design::Study::parse("p4-sections", text).unwrap();
-    let sections = &mut sweep.microchannel_sections;
-    // A height with more digits than a drawing has, as the third of the equal steps.
-    let third = sections.heights.values()[2];
-    (
-        sections.heights.from,
-        sections.heights.to,
-        sections.heights.count,
-    ) = (third, 100e-6, 2);
-    sections.covers.count = 1;
-    (sections.pressures.to, sections.pressures.count) = (200e3, 8);
-    let states = same_bytes(&sweep);
-    for state in ["open", "closed", "beyond_solution"] {
-        assert!(states.iter().any(|one| one == state), "{state}: {states:?}");
-    }
-}
-
-#[test]
-#[ignore = "two minutes: cargo test --release -p taxel-study --test references -- --ignored all_hundred"]
-fn all_hundred_sections_of_p4_in_schema_2_give_the_same_bytes() {
-    let text = taxel_bodies::design::Study::shipped_text("p4-sections").unwrap();
-    let shipped = taxel_bodies::design::Study::parse("p4-sections", text).unwrap();
-    assert_eq!(same_bytes(&shipped).len(), 1000);
 }
 
 #[test]

@@ -1,28 +1,18 @@
-//! An element of your own: a foam whose capacitance grows as it is squeezed, in 80 lines. From
-//! them it has check, predict, twin and live.
-//!
-//! `cargo run --release -p taxel --example own_element`
+//! An element of your own, a foam capacitor: check, predict, twin and live follow from its law.
+#![allow(clippy::print_stdout, reason = "an example prints its results")]
 
-use schemars::JsonSchema;
-use serde::Deserialize;
 use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::device::Registry;
 use taxel::predict::Loads;
-use taxel::quantity::{self, CAPACITANCE, Checked, PositiveCapacitance, PositiveStress};
-use taxel::stage::{CellLaw, CellQuantity, OneToOne, OwnElement, Parts, Stage};
+use taxel::quantity::{CAPACITANCE, Checked, PositiveCapacitance, PositiveStress};
+use taxel::stage::{CellLaw, CellQuantity, OwnElement, Parts, Stage};
 
 /// C = rest (1 + p/(p + stiffness)): a gap that closes to half.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Foam {
-    /// Capacitance at rest, F.
-    #[serde(deserialize_with = "quantity::one::<PositiveCapacitance, _>")]
-    #[schemars(with = "Checked<PositiveCapacitance>")]
-    rest: f64,
-    /// Pressure that closes a quarter of the gap, Pa.
-    #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
-    #[schemars(with = "Checked<PositiveStress>")]
-    stiffness: f64,
+    rest: Checked<PositiveCapacitance>,
+    stiffness: Checked<PositiveStress>,
 }
 
 impl Stage for Foam {}
@@ -41,24 +31,17 @@ impl CellLaw for Foam {
     }
 
     fn area(&self) -> [f64; 2] {
-        [4e-3; 2]
+        [4e-3; 2] // m
     }
 
     fn value(&self, pressure: f64) -> f64 {
-        self.rest * (1.0 + pressure / (pressure.abs() + self.stiffness))
+        self.rest.0 * (1.0 + pressure / (pressure.abs() + self.stiffness.0))
     }
 }
 
 impl OwnElement for Foam {
     fn parts(&self) -> Parts {
-        let network = Box::new(OneToOne);
-        Parts {
-            cover: None,
-            cell: self.boxed(),
-            network,
-            memory: None,
-            full_scale: 50e3,
-        }
+        Parts::of_cell(self.boxed(), 50e3) // Pa: end of the law
     }
 }
 
@@ -71,36 +54,25 @@ electronics = { frame_rate = "100 Hz", scan = "simultaneous", readout = { measur
 "#;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let sensor = Registry::default()
-        .with::<Foam>("foam")
-        .parse("foam.toml", SENSOR)?;
+    let registry = Registry::default().with::<Foam>("foam");
+    let sensor = registry.parse("foam.toml", SENSOR)?;
     let device = sensor.device()?;
     println!("check: {} facts", device.facts().len());
-    let predictor = device.predictor().ok_or("a chain has a predictor")?;
-    let (loads, mut row) = (
-        Loads::one("fz=0.5 N", predictor.load_columns())?,
-        Vec::new(),
-    );
-    predictor
-        .answer(&loads.load(0), &mut row)
-        .map_err(|refused| refused.message)?;
-    println!("predict: pressure {:?}, capacitance {:?}", row[3], row[4]);
-    let script = Stimulus::parse(
-        "two-fingers",
-        Stimulus::shipped_text("two-fingers").unwrap_or_default(),
-    )?;
-    let mut twin = Twin::new(&sensor, &script, 1)?;
+    let predictor = device.predictor().ok_or("a chain predicts")?;
+    let loads = Loads::one("fz=0.5 N", predictor.load_columns())?;
+    let mut row = Vec::new();
+    let answer = predictor.answer(&loads.load(0), &mut row);
+    answer.map_err(|refused| refused.message)?;
+    println!("predict: {:?} Pa, {:?} F", row[3], row[4]);
+    let script = Stimulus::shipped_text("two-fingers").unwrap_or_default();
+    let mut twin = Twin::new(&sensor, &Stimulus::parse("two-fingers", script)?, 1)?;
     let mut session = device.session(&twin.stream())?;
     for _ in 0..500 {
         if let Delivery::Frame(frame) = twin.next_delivery() {
             session.push(&frame)?;
         }
     }
-    let [force, deviation] = session
-        .estimator()
-        .touch()
-        .pressing_force()
-        .ok_or("the total is known")?;
-    println!("live: {force:.3} +- {deviation:.3} N");
+    let touch = session.estimator().touch();
+    println!("live: {:?} N, deviation", touch.pressing_force());
     Ok(())
 }

@@ -1,9 +1,26 @@
 //! From the drawing of a soft tactile sensor to live touch.
 //!
 //! The modules follow the signal: [`sensor`] -> [`mechanics`] ->
-//! [`transduction`] -> [`electronics`] -> [`acquisition`] -> [`estimation`];
-//! [`calibration`] stands beside them, and [`device`] joins them for each kind of
-//! sensor.
+//! [`transduction`] -> [`electronics`] -> [`acquisition`] -> [`estimation`].
+//! [`calibration`] holds the constants of one sensor, and [`device`] joins the stages for each
+//! kind of sensor.
+//!
+//! # Example: a force to four capacitances, and back
+//! ```
+//! use taxel::device::ThreeAxisPredictor;
+//! use taxel::estimation::{SearchOptions, estimate_unit};
+//! use taxel::sensor::Sensor;
+//!
+//! let sensor = Sensor::shipped("three-axis-8x8").expect("a shipped sensor");
+//! let array = sensor.three_axis()?;
+//! let force = [3e-3, 0.0, 8e-3]; // N: x, y, pressing
+//! let capacitance = ThreeAxisPredictor::new(&array).predict(force).response.capacitance(); // F
+//! let device = array.calibration();
+//! let options = SearchOptions::default();
+//! let found = estimate_unit(&device.units[0], capacitance, device.deviation[0], [true; 4], &options);
+//! assert!((found.force[2] - force[2]).abs() < 1e-9);
+//! # Ok::<(), taxel::InputError>(())
+//! ```
 
 pub mod acquisition;
 pub mod calibration;

@@ -1,12 +1,9 @@
-//! Problem files and studies of sections: what is committed is current, what is shipped is valid.
+//! Problem files: what is committed is current, what is shipped is valid.
 
 use std::fs;
 use std::path::Path;
 
-use taxel_bodies::design::Study;
 use taxel_bodies::problem::ProblemFile;
-
-use crate::extremes::variants;
 
 #[test]
 fn the_committed_schema_and_reference_of_problems_are_current() {
@@ -28,17 +25,5 @@ fn the_committed_schema_and_reference_of_problems_are_current() {
             committed.replace("\r\n", "\n") == printed,
             "{file} is stale: run `cargo run -- schema {of} > {file}`"
         );
-    }
-}
-
-/// Whatever a number becomes, reading ends.
-#[test]
-fn extreme_values_of_studies_are_read_or_refused() {
-    for name in Study::shipped_names() {
-        let text = Study::shipped_text(name).unwrap();
-        assert!(Study::parse(name, text).is_ok(), "{name}");
-        for variant in variants(text) {
-            let _ = Study::parse(name, &variant);
-        }
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn open(
     Ok((study, text))
 }
 
-/// The store in a folder.
+/// The store in a folder: of designs that take long one in each block.
 pub(crate) fn store(
     folder: &Path,
     study: &Study,

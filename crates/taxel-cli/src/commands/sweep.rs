@@ -1,54 +1,26 @@
 //! `taxel sweep`: many designs of a sensor.
 
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::Duration;
+use std::path::Path;
 
-use serde_json::{Map, Value};
-use taxel::sensor::{Element, Microchannel};
 use taxel::shown;
-use taxel::table;
-use taxel_bodies::design::{self, MicrochannelSections, SectionRow, Study};
 
 use taxel_study::store::Store;
-use taxel_study::study::{Row, Status, header};
+use taxel_study::study::{Row, Status};
 use taxel_study::{figures, sweep};
 
 use crate::arguments::{Format, Sweep};
-use crate::commands::study::{self, StudyText};
-use crate::interrupt::Interrupt;
+use crate::commands::study;
 use crate::outputs;
 use crate::{Done, Stop, files};
-use taxel_files::Progress;
 
 pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
-    let outputs = [
-        ("--output", arguments.output.as_ref()),
-        ("--plot", arguments.plot.as_ref()),
-    ];
-    let existing = arguments.overwrite.existing();
-    outputs::check(&outputs, &[&arguments.study], existing)?;
-    let text = study::text(&arguments.study)?;
-    let schema_1 = header(&text.name, &text.text).is_ok_and(|head| head.schema == 1);
-    if schema_1 {
-        sections(arguments, &text.name, &text.text)
-    } else {
-        designs(arguments, &text)
-    }
-}
-
-/// A study of schema 2.
-fn designs(arguments: &Sweep, text: &StudyText) -> Result<Done, Stop> {
     let targets = [
         ("--output", arguments.output.as_ref()),
         ("--plot", arguments.plot.as_ref()),
     ];
     let existing = arguments.overwrite.existing();
-    if let Some(path) = &arguments.plot {
-        files::is_page(path)?;
-    }
-    let (read, sensor) = study::read(text)?;
-    outputs::check(&targets, &[&arguments.study, &sensor], existing)?;
+    let plot = arguments.plot.as_ref();
+    let (read, text) = study::open(&arguments.study, &targets, plot, existing)?;
     let list = if read.sweep.is_list() {
         Some(files::text(Path::new(&read.sweep.plan))?)
     } else {
@@ -190,110 +162,4 @@ fn part(text: &str, parts: Option<usize>) -> Result<[usize; 2], Stop> {
         (Some(part), Some(parts)) => wrong(format!("part {part} is not below {parts}")),
         _ => wrong(String::from("is no part of N")),
     }
-}
-
-/// A study of schema 1: sections of microchannels.
-fn sections(arguments: &Sweep, name: &str, text: &str) -> Result<Done, Stop> {
-    if arguments.store.is_some() {
-        let message = format!(
-            "{name}: a study of schema 1 is not kept\nhelp: leave --store out, or write it in schema 2"
-        );
-        return Err(Stop::WrongInput(message));
-    }
-    let outputs = [
-        ("--output", arguments.output.as_ref()),
-        ("--plot", arguments.plot.as_ref()),
-    ];
-    let existing = arguments.overwrite.existing();
-    let study = Study::parse(name, text)?;
-    let sensor = PathBuf::from(&study.sensor);
-    outputs::check(&outputs, &[&arguments.study, &sensor], existing)?;
-    let named = files::sensor(&sensor)?;
-    let Element::Microchannel(element) = &named.sensor.element else {
-        return Err(Stop::WrongInput(format!(
-            "{name}: sensor = {:?} is a {}; microchannel_sections needs a microchannel",
-            study.sensor,
-            named.sensor.element.key()
-        )));
-    };
-    let plot = arguments
-        .plot
-        .as_deref()
-        .map(|path| Ok::<_, Stop>((path, files::is_page(path)?)));
-    let plot = plot.transpose()?;
-    let rows = solved(
-        &study.microchannel_sections,
-        element,
-        named.sensor.array.pitch[0],
-    );
-    let sections = &study.microchannel_sections;
-    let asked = sections.heights.count * sections.covers.count;
-    if rows.is_empty() {
-        note!("note: stopped before the first of {asked} designs; nothing was written");
-        return Ok(Done::WithLosses);
-    }
-    let answer = table::render(
-        arguments.format.into(),
-        &about(&study, &named),
-        &design::columns(),
-        &design::cells(&rows),
-    );
-    outputs::write(arguments.output.as_deref(), existing, &answer)?;
-    if let Some((path, page)) = plot {
-        let map = design::heat_map(&study.name, sections, &rows);
-        let text = if page { map.html() } else { map.svg() };
-        outputs::write(Some(path), existing, &text)?;
-    }
-    let ended = rows.iter().filter(|row| row.ended.is_some()).count();
-    if ended > 0 {
-        note!(
-            "note: {ended} of {} designs end before the last pressure (state beyond_solution)",
-            rows.len()
-        );
-    }
-    if rows.len() < asked {
-        note!("note: stopped after {} of {asked} designs", rows.len());
-        return Ok(Done::WithLosses);
-    }
-    Ok(Done::Complete)
-}
-
-fn about(study: &Study, named: &files::NamedSensor) -> Map<String, Value> {
-    let own = ("study".to_owned(), Value::from(study.name.as_str()));
-    std::iter::once(own).chain(named.about()).collect()
-}
-
-/// Pause between two looks at whether the user wants to stop.
-const LOOK: Duration = Duration::from_millis(50);
-
-/// The designs that are solved before the user stops, in the order of the study.
-///
-/// What is being solved then is given up: one design may take long.
-fn solved(sections: &MicrochannelSections, element: &Microchannel, pitch: f64) -> Vec<SectionRow> {
-    let interrupt = Interrupt::listen();
-    let mut progress = Progress::new("sweeping");
-    let (sender, done) = mpsc::channel();
-    let (owned, element) = (sections.clone(), element.clone());
-    std::thread::spawn(move || {
-        design::sweep(&owned, &element, pitch, &|fraction, row| {
-            sender.send((fraction, row.clone())).is_ok()
-        });
-    });
-    let mut rows: Vec<SectionRow> = Vec::new();
-    while !interrupt.asked() {
-        match done.recv_timeout(LOOK) {
-            Ok((fraction, row)) => {
-                progress.at(fraction);
-                rows.push(row);
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => break,
-        }
-    }
-    progress.end();
-    rows.sort_by(|a, b| {
-        let by_height = a.height.total_cmp(&b.height);
-        by_height.then(a.cover.total_cmp(&b.cover))
-    });
-    rows
 }

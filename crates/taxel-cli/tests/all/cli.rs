@@ -538,9 +538,9 @@ fn events_are_counted_and_written_to_a_new_file_in_both_formats() {
 fn vendor_recordings_are_recognised_by_content() {
     let folder = folder("vendors");
     for (name, rows, columns, unit, pitch) in [
-        ("iscan_excerpt.csv", 28, 28, "raw", 1.27e-3),
-        ("fscan_excerpt.asf", 60, 21, "kPa", 5.08e-3),
-        ("xsensor_excerpt.csv", 31, 11, "mmHg", 8.6e-3),
+        ("fingertip.csv", 28, 28, "raw", 1.27e-3),
+        ("foot.asf", 60, 21, "kPa", 5.08e-3),
+        ("insoles.csv", 31, 11, "mmHg", 8.6e-3),
     ] {
         // Under another name: the content decides.
         let renamed = folder.join(format!("{rows}.data"));
@@ -579,7 +579,7 @@ fn vendor_recordings_are_recognised_by_content() {
 #[test]
 fn cut_and_foreign_recordings_are_refused() {
     let folder = folder("recordings");
-    let whole = fs::read_to_string(recording("iscan_excerpt.csv")).unwrap();
+    let whole = fs::read_to_string(recording("fingertip.csv")).unwrap();
     let cut = file(&folder, "cut.csv", &whole[..whole.len() / 2]);
     let source = format!("replay:{cut}");
     refused(
@@ -775,7 +775,7 @@ fn two_hundred_broken_files_are_refused() {
         );
     }
     // Recordings: a broken field in each of many places.
-    let whole = fs::read_to_string(recording("xsensor_excerpt.csv")).unwrap();
+    let whole = fs::read_to_string(recording("insoles.csv")).unwrap();
     let digits: Vec<usize> = whole
         .match_indices(",0,0,0,0,")
         .map(|(at, _)| at + 1)

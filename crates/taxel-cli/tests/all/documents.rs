@@ -45,9 +45,9 @@ fn examples(page: &str, command: &str) -> Vec<Example> {
 }
 
 #[test]
-fn predictions_of_the_readme_are_what_the_program_prints() {
+fn predictions_of_the_guide_are_what_the_program_prints() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let page = fs::read_to_string(root.join("README.md")).unwrap();
+    let page = fs::read_to_string(root.join("docs/book/commands.md")).unwrap();
     let examples = examples(&page, "taxel predict");
     assert!(examples.len() >= 5, "{} examples", examples.len());
     for example in examples {

@@ -1,4 +1,4 @@
-//! Maps of pressure: what is a contact on real recordings, and what a user may show.
+//! Maps of pressure: what is a contact on recordings of maps, and what a user may show.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,11 @@ use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{MOST_CONTACTS, MapOptions, TouchEventKind, TouchSession};
 use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _, Survey};
 
-/// A short recording of a vendor.
+#[path = "../../../taxel-recording/examples/samples/recordings/mod.rs"]
+mod samples;
+use samples::{tekscan, xsensor};
+
+/// A sample in the format of a vendor.
 fn recording(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../taxel-recording/tests/recordings")
@@ -60,18 +64,39 @@ fn connected(stream: &Stream, values: &[f64]) -> usize {
 
 #[test]
 fn a_fingertip_is_one_contact() {
-    // It has a hole in it, and two sensels beside it are stuck at 5 counts.
-    let (mut session, _, frames) = session(&recording("iscan_excerpt.csv"), false);
+    // Its second touch has a hole in it, and three sensels around it are stuck at 5 counts.
+    let (mut session, stream, frames) = session(&recording("fingertip.csv"), false);
+    let pitch = stream.pitch.unwrap();
+    let mut ids = Vec::new();
     for frame in &frames {
+        let truth = tekscan::finger(frame.time_ns as f64 * 1e-9);
         let observed = session.push(frame).unwrap();
-        assert_eq!(observed.touch.contacts.len(), 1, "frame {}", frame.sequence);
+        let contacts = &observed.touch.contacts;
+        // A touch may be light where it lands and leaves.
+        let most = usize::from(truth.force > 0.0);
+        let least = usize::from(truth.force > 1.0);
+        assert!(
+            (least..=most).contains(&contacts.len()),
+            "frame {}: {contacts:?}",
+            frame.sequence
+        );
+        if let [contact] = contacts[..] {
+            let [x, y] = contact.centre;
+            // Rows go down from the middle of the map; the hole and the rim are less than half a sensel.
+            let found = [14.0 - y / pitch[0], 14.0 + x / pitch[1]];
+            for (found, truth) in found.iter().zip(truth.centre) {
+                assert!((found - truth / pitch[0]).abs() < 0.5, "{contact:?}");
+            }
+        }
+        ids.extend(session.observer().tracks().iter().map(|track| track.id));
     }
-    assert_eq!(session.observer().tracks()[0].id, 1);
+    ids.dedup();
+    assert_eq!(ids, [1, 2]);
 }
 
 #[test]
 fn a_walking_foot_has_no_more_contacts_than_regions_and_no_slips() {
-    let path = recording("fscan_excerpt.asf");
+    let path = recording("foot.asf");
     let (mut told, stream, frames) = session(&path, false);
     let mut kinds = Vec::new();
     for frame in &frames {
@@ -277,13 +302,10 @@ fn channels_are_shown_raw_without_their_sensor() {
 
 #[test]
 fn each_sensor_of_a_recording_of_two_can_be_played() {
-    let path = recording("xsensor_excerpt.csv");
+    let path = recording("insoles.csv");
     let path = path.to_str().unwrap();
     let name = |more: &[&str]| play(path, more)["name"].as_str().unwrap().to_owned();
-    let (left, right) = (
-        "HX210.11.31.M11-DFM-LF S0073",
-        "HX210.11.31.M11-DFM-RF S0073",
-    );
+    let [left, right] = xsensor::NAMES;
     assert_eq!(name(&[]), left);
     assert_eq!(name(&["--part", "1"]), left);
     assert_eq!(name(&["--part", "2"]), right);

@@ -3,10 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::common::{done as answered, refused_with as refused, taxel};
+use crate::common::{done as answered, refused_with as refused};
 use serde_json::Value;
 use taxel::sensor::Sensor;
-use taxel_bodies::design::Study;
 
 /// An empty folder for a test.
 fn folder(test: &str) -> PathBuf {
@@ -20,15 +19,6 @@ fn folder(test: &str) -> PathBuf {
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
-}
-
-/// The shipped study with one text replaced.
-fn study(folder: &Path, from: &str, to: &str) -> PathBuf {
-    let shipped = Study::shipped_text("p4-sections").unwrap();
-    assert!(shipped.contains(from), "the study has no {from}");
-    let path = folder.join("study.toml");
-    fs::write(&path, shipped.replace(from, to)).unwrap();
-    path
 }
 
 #[test]
@@ -174,12 +164,18 @@ fn a_sensor_file_names_its_mechanics() {
 }
 
 #[test]
-fn a_study_of_one_design_gives_a_table_and_a_map() {
+fn a_study_over_a_condition_gives_a_table_and_maps() {
     let folder = folder("sweep");
-    let (csv, svg) = (folder.join("one.csv"), folder.join("one.svg"));
+    let (csv, svg) = (folder.join("four.csv"), folder.join("four.svg"));
     let path = folder.join("study.toml");
-    let shipped = Study::shipped_text("p4-sections").unwrap();
-    fs::write(&path, shipped.replace("count = 10", "count = 1")).unwrap();
+    let shipped = taxel_study::shipped_text("p4-sections").unwrap();
+    // Two heights, two covers, two pressures.
+    let pressures = shipped.split_once("values = [").unwrap().1;
+    let pressures = pressures.split_once(']').unwrap().0;
+    let small = shipped
+        .replace("points = 10", "points = 2")
+        .replace(pressures, "\"5 kPa\", \"10 kPa\"");
+    fs::write(&path, small).unwrap();
     let output = ["-o", text(&csv), "--plot", text(&svg)];
     answered(&[&["sweep", text(&path)], &output[..]].concat());
     let table = fs::read_to_string(csv).unwrap();
@@ -187,75 +183,17 @@ fn a_study_of_one_design_gives_a_table_and_a_map() {
         .lines()
         .filter(|line| !line.starts_with('#'))
         .collect();
-    assert_eq!(rows.len(), 2, "{table}");
+    assert_eq!(rows.len(), 1 + 8, "{table}");
     for column in ["height", "cover", "pressure", "area_ratio", "state"] {
         assert!(rows[0].contains(column), "{column}: {table}");
     }
     assert!(rows[1].contains("open"), "{table}");
     let map = fs::read_to_string(svg).unwrap();
     assert!(map.starts_with("<svg") && map.trim_end().ends_with("</svg>"));
+    // A small map of every answer at each pressure.
+    assert_eq!(map.matches("class=\"frame\"").count(), 8 * 2);
     for word in ["NaN", "inf"] {
         assert!(!map.contains(word) && !table.contains(word), "{word}");
-    }
-}
-
-#[test]
-fn a_study_that_cannot_be_is_refused_with_its_key() {
-    let folder = folder("wrong-studies");
-    let (csv, svg) = (folder.join("no.csv"), folder.join("no.svg"));
-    let heights = "heights = { from = \"20 um\", to = \"200 um\", count = 10 }";
-    let pressures = "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 10 }";
-    for (from, to, parts) in [
-        (
-            "[microchannel_sections]",
-            "[channel_sections]",
-            [
-                "`channel_sections`",
-                "called `microchannel_sections` now",
-                "rename it in the header",
-            ],
-        ),
-        (
-            heights,
-            "heights = { from = \"20 kPa\", to = \"200 um\", count = 10 }",
-            ["heights", "kPa", "um"],
-        ),
-        (
-            pressures,
-            "pressures = { from = \"25 kPa\", to = \"250 kPa\", count = 0 }",
-            [
-                "microchannel_sections.pressures",
-                "count = 0",
-                "give 1 to 100",
-            ],
-        ),
-        (
-            heights,
-            "heights = { from = \"200 um\", to = \"20 um\", count = 10 }",
-            [
-                "microchannel_sections.heights",
-                "do not rise",
-                "give to above from",
-            ],
-        ),
-        (
-            heights,
-            "heights = { from = \"20 um\", to = \"400 um\", count = 10 }",
-            [
-                "microchannel_sections.thickness",
-                "600.0000 um of a sheet of 500.0000 um",
-                "give a thicker sheet",
-            ],
-        ),
-    ] {
-        let path = study(&folder, from, to);
-        let output = ["-o", text(&csv), "--plot", text(&svg)];
-        let arguments = [&["sweep", text(&path)], &output[..]].concat();
-        refused(&arguments, &parts);
-        let output = taxel(&arguments);
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(message.contains("help:"), "{message}");
-        assert!(!csv.exists() && !svg.exists(), "something was written");
     }
 }
 
@@ -263,7 +201,7 @@ fn a_study_that_cannot_be_is_refused_with_its_key() {
 fn an_unknown_study_is_answered_with_the_shipped_ones() {
     refused(
         &["sweep", "no-such-study"],
-        &["no-such-study", "a shipped study: p4-sections"],
+        &["no-such-study", "a shipped study: p1-resolution"],
     );
 }
 

@@ -392,7 +392,6 @@ fn mistakes_are_told_with_exit_code_2_and_nothing_is_written() {
     }
     fs::write(&study, STUDY).unwrap();
     assert!(refused(&["tolerance", &study]).contains("no variable of the study has a spread"));
-    assert!(refused(&["optimize", "p4-sections"]).contains("only swept"));
     assert!(refused(&["sweep", "no-such"]).contains("p1-resolution"));
     assert!(refused(&["sweep", &study, "--store", &csv, "--shard", "7/7"]).contains("not below 7"));
     fs::write(folder.path("mine.txt"), "mine").unwrap();

@@ -12,12 +12,12 @@ use crate::common::{Folder, done, refused};
 
 const SENSOR: &str = "eflesh-lattice";
 
-/// Excerpts of recordings of five magnetometers under a lattice.
-fn excerpt() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel-calibrate/tests/data/eflesh")
+/// Sample recordings of five magnetometers under a lattice.
+fn lattice() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel-recording/tests/recordings/lattice")
 }
 
-/// The run whose files are those of the excerpt called `kind`, changed.
+/// The run whose files are those of the sample called `kind`, changed.
 fn run(
     folder: &Folder,
     kind: &str,
@@ -29,7 +29,7 @@ fn run(
         ("sensor", &sensor as &dyn Fn(&str) -> String),
         ("states", &stage),
     ] {
-        let text = fs::read_to_string(excerpt().join(format!("{kind}_{name}.csv"))).unwrap();
+        let text = fs::read_to_string(lattice().join(format!("{kind}_{name}.csv"))).unwrap();
         fs::write(folder.path(&format!("run/{name}.csv")), change(&text)).unwrap();
     }
     folder.path("run")
@@ -59,7 +59,7 @@ fn recordings_become_a_calibration_that_feels() {
         folder.path("c.html"),
         folder.path("s.csv"),
     );
-    let data = excerpt();
+    let data = lattice();
     let data = data.to_string_lossy();
     let text = done(&["calibrate", SENSOR, &data, "-o", &file, "--report", &page]);
     assert!(
@@ -101,11 +101,10 @@ fn recordings_become_a_calibration_that_feels() {
         reading(&live(&format!("replay:{saved}"), &[])),
         [force, deviation]
     );
-    // A press of the other run has a place.
-    let found = live(
-        &format!("replay:{data}/position_sensor.csv"),
-        &["--no-tare"],
-    );
+    // Trained on the presses all over the area, a press has a position.
+    let presses = run(&folder, "position", same, same);
+    done(&["calibrate", SENSOR, &presses, "-o", &file, "--force"]);
+    let found = live(&format!("replay:{presses}/sensor.csv"), &["--no-tare"]);
     assert_eq!(found["last_sequence"], 604);
     // Its last press was at (292, -95) mm, the middle of all at (287, -100) mm.
     for axis in 0..2 {
@@ -116,7 +115,7 @@ fn recordings_become_a_calibration_that_feels() {
 
 /// The reading of the scale at or before a row, g.
 fn grams_at(row: usize) -> f64 {
-    let text = fs::read_to_string(excerpt().join("force_states.csv")).unwrap();
+    let text = fs::read_to_string(lattice().join("force_states.csv")).unwrap();
     let readings = text.lines().take(row).filter_map(|line| {
         let grams: f64 = line.split(',').nth(4)?.parse().ok()?;
         (grams >= 0.0).then_some(grams)
@@ -141,9 +140,9 @@ fn a_surface_of_channels_predicts_a_press() {
     let arguments = predict("x=0 mm, y=0 mm");
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let whole: Value = serde_json::from_str(&done(&arguments)).unwrap();
-    // The presses in the middle (287, -100 mm) read 600 on average.
-    let text = fs::read_to_string(excerpt().join("position_states.csv")).unwrap();
-    let frames = fs::read_to_string(excerpt().join("position_sensor.csv")).unwrap();
+    // What the presses in the middle (287, -100 mm) read on average.
+    let text = fs::read_to_string(lattice().join("position_states.csv")).unwrap();
+    let frames = fs::read_to_string(lattice().join("position_sensor.csv")).unwrap();
     let middle = text.lines().zip(frames.lines()).filter(|(place, _)| {
         let cells: Vec<f64> = place.split(',').map(|cell| cell.parse().unwrap()).collect();
         (cells[1] - 287.0).abs() < 0.1 && (cells[2] + 100.0).abs() < 0.1
@@ -176,7 +175,7 @@ fn nothing_follows_before_training() {
         assert!(message.contains("no physical model"), "{message}");
         assert!(message.contains("taxel calibrate"), "{message}");
     }
-    let recording = excerpt().join("force_sensor.csv");
+    let recording = lattice().join("force_sensor.csv");
     let source = format!("replay:{}", recording.to_str().unwrap());
     let message = refused(&["live", SENSOR, "--headless", "--source", &source]);
     assert!(message.contains("train first"), "{message}");
@@ -407,7 +406,7 @@ fn runs_that_determine_no_force_are_named() {
             }
         })
     };
-    let frames = fs::read_to_string(excerpt().join("force_sensor.csv")).unwrap();
+    let frames = fs::read_to_string(lattice().join("force_sensor.csv")).unwrap();
     let first: Vec<&str> = frames.lines().take(40).collect();
     let still = |text: &str| {
         lines(text, |row, cells| {
@@ -421,7 +420,7 @@ fn runs_that_determine_no_force_are_named() {
         "the channels do not determine the force",
     );
     // Beside a run with contact it is left out.
-    let pressed = excerpt();
+    let pressed = lattice();
     let pressed = pressed.to_string_lossy();
     let found = done(&["calibrate", SENSOR, &pressed, &folder.path("run")]);
     assert!(found.contains("nothing touches, and the run is left out"));
@@ -496,9 +495,9 @@ fn numbers(table: &str, wanted: &str) -> Vec<f64> {
     cells.map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()
 }
 
-/// Times and forces of the scale of the excerpt, s and N.
+/// Times and forces of the scale of the sample, s and N.
 fn scale() -> Vec<[f64; 2]> {
-    let text = fs::read_to_string(excerpt().join("force_states.csv")).unwrap();
+    let text = fs::read_to_string(lattice().join("force_states.csv")).unwrap();
     let rows = text.lines().filter_map(|line| {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
         (cells[4] != -1.0).then_some([cells[0], cells[4] * 9.80665e-3])
@@ -578,7 +577,7 @@ fn a_broken_channel_is_named_and_the_force_goes_on() {
     let run = run(&folder, "force", same, same);
     let (file, table) = (folder.path("c.toml"), folder.path("t.csv"));
     done(&["calibrate", SENSOR, &run, "-o", &file]);
-    let text = fs::read_to_string(excerpt().join("force_sensor.csv")).unwrap();
+    let text = fs::read_to_string(lattice().join("force_sensor.csv")).unwrap();
     let frozen = text.lines().nth(500).unwrap().split(',').nth(6).unwrap();
     let frozen: f64 = frozen.parse().unwrap();
     assert!(frozen.is_finite());

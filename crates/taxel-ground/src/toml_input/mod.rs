@@ -98,20 +98,6 @@ pub fn has(text: &str, path: &[&str]) -> bool {
     table.contains_key(*last)
 }
 
-/// Error at the first key of a description that has another name now; `renamed` has the
-/// old paths and the new names, `since` ends the sentence.
-pub fn renamed_key(
-    file: &str,
-    text: &str,
-    renamed: &[(&[&str], &str)],
-    since: &str,
-    help: &str,
-) -> Option<InputError> {
-    let (path, now) = renamed.iter().find(|(path, _)| has(text, path))?;
-    let message = format!("`{}` is called `{now}` {since}", path.join("."));
-    Some(at_key(file, text, path, &message, help))
-}
-
 /// An error of a rule between fields, shown at the value of the key `path`
 /// (segments; a number is an index), or at the nearest parent that exists.
 pub fn at_key(file: &str, text: &str, path: &[&str], message: &str, help: &str) -> InputError {

@@ -351,11 +351,6 @@ impl<S: Storage> McapWriter<S> {
         Ok(self.storage)
     }
 
-    /// The storage with what is written; the chunk that is open is dropped.
-    pub fn into_storage(self) -> S {
-        self.storage
-    }
-
     fn statistics(&self, out: &mut Vec<u8>) {
         let known = || self.messages.iter().zip(Topic::ALL);
         let counted = known().filter(|(count, _)| **count > 0);

@@ -2,7 +2,7 @@
 //
 //   TAXEL       the program (default: target/release/taxel, else target/debug/taxel)
 //   SENSOR      sensor file of the three-axis array (default: the one in crates/taxel/sensors/ that has the element)
-//   RECORDING   recording of a pressure map (default: crates/taxel-recording/tests/recordings/iscan_excerpt.csv)
+//   RECORDING   recording of a pressure map (default: crates/taxel-recording/tests/recordings/fingertip.csv)
 //   CHROMIUM    browser (default: /usr/bin/chromium)
 //
 // Screenshots are written to tests/screenshots/.
@@ -70,7 +70,7 @@ function script(name) {
 }
 
 function recording() {
-  const committed = join(repository, "crates/taxel-recording/tests/recordings/iscan_excerpt.csv");
+  const committed = join(repository, "crates/taxel-recording/tests/recordings/fingertip.csv");
   return existing(process.env.RECORDING ?? committed, "the recording of a pressure map");
 }
 

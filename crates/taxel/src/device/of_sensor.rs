@@ -7,9 +7,7 @@ use super::{
     ThreeAxisArray, TrainedArray, check_masked_channels,
 };
 use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS, VOLTAGE};
-use crate::sensor::{
-    Broken, Element, Sensor, Unreadable, check_instrument, check_keys, renamed_key,
-};
+use crate::sensor::{Broken, Element, Sensor, Unreadable, check_instrument, check_keys};
 use crate::solutions::{Solutions, TablesOnly};
 use crate::toml_input;
 
@@ -74,9 +72,6 @@ impl Sensor {
     /// # Errors
     /// The first mistake of one key.
     pub fn drawn(file: &str, text: &str) -> Result<Self, InputError> {
-        if let Some(error) = renamed_key(file, text) {
-            return Err(error);
-        }
         toml_input::parse(file, text)
     }
 

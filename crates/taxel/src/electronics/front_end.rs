@@ -202,18 +202,6 @@ impl Electronics {
         }
     }
 
-    /// The divider of the first stage, to be changed.
-    pub fn voltage_divider_mut(&mut self) -> Option<&mut VoltageDivider> {
-        match &mut self.readout {
-            Readout::VoltageDivider(divider) => Some(divider),
-            Readout::Measured(measured) => match &mut measured.stage {
-                Some(Stage::VoltageDivider(divider)) => Some(divider),
-                _ => None,
-            },
-            _ => None,
-        }
-    }
-
     /// Time between frames, s.
     pub fn period(&self) -> f64 {
         1.0 / self.frame_rate

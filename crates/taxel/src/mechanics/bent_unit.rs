@@ -17,8 +17,6 @@ pub struct BentGap {
     pub glued: f64,
 }
 
-/// Relative error of the solved closing.
-pub const BENDING_ERROR: f64 = 0.04;
 /// Relative deviation from the section that was solved.
 const SAME: f64 = 0.05;
 /// One um in m.

@@ -147,8 +147,6 @@ pub const AIR_PRESSURE: f64 = 101.3e3;
 /// (c_xx), with walls of 200 um by 3.7 and 4.2 % (tests of `graded` cells in `tests/blocks.rs` of
 /// `taxel-fem`).
 pub const SOLVED_ERROR: f64 = 0.05;
-/// The same of [`FlankCompliance::stick`], the downward force of a bar that sticks.
-pub const STICK_ERROR: f64 = 0.08;
 
 /// A drawing whose stiffness the table does not give, by its first length that is off.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -517,13 +517,6 @@ impl ClosingCurve {
         &self.source
     }
 
-    /// The same curve, with the area ratio at which roof and floor touch.
-    #[must_use]
-    pub fn touching_at(mut self, touch: Option<f64>) -> Self {
-        self.touch = touch;
-        self
-    }
-
     /// The same curve for a solid that is `factor` times as stiff: all pressures
     /// are multiplied by it.
     #[must_use]

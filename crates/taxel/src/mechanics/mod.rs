@@ -27,7 +27,7 @@ mod suspension;
 mod tabulated_cells;
 mod void_stack;
 
-pub use bent_unit::{BENDING_ERROR, BentGap};
+pub use bent_unit::BentGap;
 pub use bonded_disc::{BondedDisc, DiscGrip, DiscPressure, LayerRim, OutsideDiscTable};
 pub use choice::Mechanics;
 pub use compressed_layer::{
@@ -35,7 +35,7 @@ pub use compressed_layer::{
 };
 pub use elastic_unit::{
     AIR_PRESSURE, Bar, Cavity, ElasticDescription, FlankCompliance, Grip, OutsideUnit,
-    SOLVED_ERROR, STICK_ERROR, STRIPS, SideContact, UnitCompliance, UnitDrawing,
+    SOLVED_ERROR, STRIPS, SideContact, UnitCompliance, UnitDrawing,
 };
 pub use electrodes::{
     DeformedElectrodes, ElectrodeModulus, ElectrodeStiffness, Electrodes, OutsideTable,

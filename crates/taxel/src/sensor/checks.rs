@@ -74,7 +74,7 @@ pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
                 super::SCHEMA_VERSION
             )
         },
-        "write schema = 2: the keys of schema 1 that were renamed are named when they occur",
+        "write schema = 2",
     )?;
     require(
         !sensor.name.trim().is_empty(),

@@ -12,14 +12,12 @@ mod trained_body;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::InputError;
 use crate::electronics::Electronics;
 use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
 use crate::stage::{Cells, OwnParts};
-use crate::toml_input;
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
@@ -172,16 +170,6 @@ pub enum Element {
     #[serde(skip)]
     #[schemars(skip)]
     Own(OwnParts),
-}
-
-/// Keys that had another name in schema 1, with the name that they have now.
-const RENAMED: &[(&[&str], &str)] =
-    &[(&["element", "liquid_metal_channel"], "element.microchannel")];
-
-/// The first key in a description that has another name now.
-pub(crate) fn renamed_key(file: &str, text: &str) -> Option<InputError> {
-    let help = "rename it in this header and in those below it, and write schema = 2";
-    toml_input::renamed_key(file, text, RENAMED, "since schema 2", help)
 }
 
 /// A board that cannot read this kind of element.

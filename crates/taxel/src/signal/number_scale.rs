@@ -71,11 +71,6 @@ impl NumberScale {
         ]
     }
 
-    /// The ends as inputs, SI.
-    pub fn input_ends(&self) -> [f64; 2] {
-        self.ends.map(|end| self.input(end))
-    }
-
     /// True if the low end is below zero: a signal may reach it, a dead line does not.
     fn is_signed(&self) -> bool {
         self.ends[0] < 0.0

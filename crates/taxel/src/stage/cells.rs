@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    CellLaw, Cover as _, Creep, LayeredRubber, Memory, NetworkDescription, PartParameter, Parts,
+    CellLaw, Cover, Creep, LayeredRubber, Memory, NetworkDescription, PartParameter, Parts,
     PressurePort, Resistor, Stage as _,
 };
 use crate::mechanics::RelaxationTerm;
@@ -68,7 +68,7 @@ impl Cells {
     /// The parts of the chain of rows x columns; `reference` is the resistor of a divider, Ω.
     pub fn parts(&self, lines: [usize; 2], reference: Option<f64>) -> Parts {
         Parts {
-            cover: self.cover.as_ref().map(|cover| cover.boxed()),
+            cover: self.cover.as_ref().map(Cover::boxed),
             cell: self.clone().cell().boxed(),
             network: self.network.between(lines, reference),
             memory: Creep::new(&self.relaxation).map(|creep| Box::new(creep) as Box<dyn Memory>),

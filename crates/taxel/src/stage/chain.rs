@@ -1,6 +1,6 @@
 //! Five parts in a row, and what follows from their order alone.
 
-use super::{Board, CellLaw, Cover, Memory, Network, PartParameter, Readout, Stage};
+use super::{Board, CellLaw, Cover, Memory, Network, OneToOne, PartParameter, Readout, Stage};
 use crate::electronics::{LastStage, Scan};
 use crate::layout::Layout;
 
@@ -68,6 +68,19 @@ pub struct Parts {
     pub memory: Option<Box<dyn Memory>>,
     /// Pressure up to which the laws hold, Pa.
     pub full_scale: f64,
+}
+
+impl Parts {
+    /// Cells that are read one by one, without cover and memory.
+    pub fn of_cell(cell: Box<dyn CellLaw>, full_scale: f64) -> Self {
+        Self {
+            cover: None,
+            cell,
+            network: Box::new(OneToOne),
+            memory: None,
+            full_scale,
+        }
+    }
 }
 
 impl Clone for Chain {

@@ -34,6 +34,7 @@ pub enum Idle {
 }
 
 /// Resistances of the multiplexers of a matrix at zero potential.
+#[allow(clippy::struct_field_names, reason = "the keys of the sensor file")]
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ZeroPotential {
@@ -53,12 +54,12 @@ pub struct ZeroPotential {
 
 impl NetworkDescription {
     /// The network of rows x columns; `reference` is the resistor of a divider, Ω.
-    pub fn between(&self, lines: [usize; 2], reference: Option<f64>) -> Box<dyn Network> {
+    pub fn between(&self, counts: [usize; 2], reference: Option<f64>) -> Box<dyn Network> {
         match self {
             Self::OneToOne => Box::new(OneToOne),
             _ => Box::new(Lines {
                 described: *self,
-                lines,
+                counts,
                 // Without one the board is refused.
                 reference: reference.unwrap_or(1.0),
             }),
@@ -92,7 +93,7 @@ impl NetworkDescription {
 pub struct Lines {
     described: NetworkDescription,
     /// Rows and columns.
-    lines: [usize; 2],
+    counts: [usize; 2],
     /// Resistor of a divider, Ω.
     reference: f64,
 }
@@ -193,7 +194,7 @@ impl Lines {
             },
             NetworkDescription::Floating | NetworkDescription::OneToOne => Wiring::Floating,
         };
-        let [rows, columns] = self.lines;
+        let [rows, columns] = self.counts;
         LineNetwork {
             rows,
             columns,

@@ -160,7 +160,7 @@ pub trait CellLaw: Stage {
     /// either sign; `NaN` beyond.
     fn pressure(&self, value: f64, largest: f64) -> f64 {
         let [low, high] = [-largest, largest].map(|end| self.value(end));
-        if !((value - low) * (value - high) <= 0.0) {
+        if value.is_nan() || (value - low) * (value - high) > 0.0 {
             return f64::NAN;
         }
         let sign = (high - low).signum();

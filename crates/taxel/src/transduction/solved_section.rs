@@ -49,7 +49,7 @@ const FORCE: usize = 4;
 const FEWEST: usize = 4;
 impl SectionErrors {
     /// Errors that are stated at least: those against the reference tables of the published
-    /// sections (`docs/theory/in-plane-field.md`).
+    /// sections (`docs/theory/in-plane-capacitive.md`).
     pub const LEAST: Self = Self {
         capacitance: 2e-3,
         change: 1e-2,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// Files outside the folder of one device that ask which element a sensor has. A chain of stages
 /// adds no arm to them; a kind of element adds arms to the first four.
-const NAMED: [&str; 11] = [
+const NAMED: [&str; 10] = [
     // Its usual script, its key, and what is solved of it.
     "taxel/src/sensor/mod.rs",
     // Its device, its typed array.
@@ -23,8 +23,6 @@ const NAMED: [&str; 11] = [
     "taxel-calibrate/src/file.rs",
     "taxel-cli/src/commands/calibrate.rs",
     "taxel-cli/src/commands/live.rs",
-    // The sweep of cross-sections.
-    "taxel-cli/src/commands/sweep.rs",
     // As the command.
     "taxel-python/src/calibration.rs",
     // Axes of measured forces.

@@ -14,6 +14,7 @@ mod extremes;
 mod architecture;
 mod cells;
 mod contacts;
+mod documents;
 mod drift;
 mod editor_schema;
 mod extreme_values;

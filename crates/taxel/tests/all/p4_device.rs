@@ -691,32 +691,6 @@ fn two_touches_are_found_or_called_ambiguous() {
     }
 }
 
-#[test]
-fn a_key_of_schema_1_is_answered_with_its_new_name() {
-    let text = Sensor::shipped_text("liquid-metal-2x4").unwrap();
-    for (schema, renamed) in [
-        ("schema = 1", true),
-        ("schema = 2", true),
-        ("schema = 1", false),
-    ] {
-        let mut old = text.replace("schema = 2", schema);
-        if renamed {
-            old = old.replace("element.microchannel", "element.liquid_metal_channel");
-        }
-        let error = Sensor::parse("old.toml", &old).unwrap_err();
-        assert!(error.help.contains("write schema = 2"), "{error}");
-        if renamed {
-            assert_eq!(error.key, "element.liquid_metal_channel");
-            assert!(
-                error.message.contains("called `element.microchannel`"),
-                "{error}"
-            );
-        } else {
-            assert_eq!(error.key, "schema");
-        }
-    }
-}
-
 /// Over-filled: pressures of the liquid begin at that of the filling, resistances at that of the
 /// bulged channel, and the touch comes later. By hand from the curve of the drawn channel.
 #[test]

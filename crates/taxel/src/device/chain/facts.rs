@@ -3,127 +3,124 @@
 use super::ChainDevice;
 use crate::device::timing;
 use crate::estimation::{Reader as _, Threshold};
-use crate::summary::{Fact, fact, number, text};
+use crate::stage::CellQuantity;
+use crate::summary::{Fact, Value, fact, number, text};
 
+/// Facts of all parts, in the order of the signal.
 pub(super) fn facts(device: &ChainDevice<'_>) -> Vec<Fact> {
+    let count = text(&device.chain.count());
+    let mut facts = vec![fact("device", "channels", count, "one for each cell")];
+    facts.extend(device.chain.stages().iter().flat_map(|stage| stage.facts()));
+    facts.extend(of_the_cover(device));
+    facts.extend(of_the_cells(device));
+    facts.extend(of_the_board(device));
+    facts.extend(of_the_estimate(device));
+    facts
+}
+
+fn share(of: f64) -> Value {
+    number(of, "share", "%", 1e-2)
+}
+
+fn in_unit(value: f64, quantity: CellQuantity) -> Value {
+    let (unit, scale, key) = quantity.unit;
+    number(value, key, unit, scale)
+}
+
+fn of_the_cover(device: &ChainDevice<'_>) -> Vec<Fact> {
     let chain = &device.chain;
-    let (count, full_scale) = (chain.count(), chain.full_scale);
-    let kpa = |value: f64| number(value, "pa", "kPa", 1e3);
-    let cell = chain.cell(0);
+    let Some(cover) = &chain.cover else {
+        return Vec::new();
+    };
+    let (pitch, area) = (chain.layout.pitch, chain.cell(0).area());
+    let shares = cover.shares(area, pitch, [&[0.0, pitch[0]], &[0.0]]);
+    let names = ["share_at_the_loaded_cell", "share_at_its_neighbour"];
+    let source = "cover, area of a cell and pitch";
+    let each = names.into_iter().zip(shares);
+    let mut facts: Vec<Fact> = each
+        .map(|(name, arrived)| fact("mechanics", name, share(arrived), source))
+        .collect();
+    let sampling = share(cover.sampling(area, pitch));
+    let name = "total_force_deviation_of_a_point_load";
+    facts.push(fact("mechanics", name, sampling, source));
+    facts
+}
+
+fn of_the_cells(device: &ChainDevice<'_>) -> Vec<Fact> {
+    let chain = &device.chain;
+    let (cell, mut names) = (chain.cell(0), Vec::new());
     let quantity = cell.quantity();
-    let of_cell = |value: f64| number(value, quantity.unit.2, quantity.unit.0, quantity.unit.1);
-    let mut facts = vec![fact(
-        "device",
-        "channels",
-        text(&count),
-        "one for each cell",
-    )];
-    for stage in chain.stages() {
-        facts.extend(stage.facts());
-    }
-    if let Some(cover) = &chain.cover {
-        let pitch = chain.layout.pitch;
-        let shares = cover.shares(cell.area(), pitch, [&[0.0, pitch[0]], &[0.0]]);
-        for (name, share) in ["share_at_the_loaded_cell", "share_at_its_neighbour"]
-            .into_iter()
-            .zip(shares)
-        {
-            facts.push(fact(
-                "mechanics",
+    let values = [0.0, chain.full_scale].map(|pressure| cell.value(pressure));
+    let at = ["rest", "full_scale"].into_iter().zip(values);
+    let mut facts: Vec<Fact> = at
+        .map(|(at, value)| {
+            let name = format!("{}_at_{at}", quantity.name);
+            fact(
+                "transduction",
                 name,
-                number(share, "share", "%", 1e-2),
-                "element.cells.cover",
-            ));
-        }
-        let sampling = number(cover.sampling(cell.area(), pitch), "share", "%", 1e-2);
-        facts.push(fact(
-            "mechanics",
-            "total_force_deviation_of_a_point_load",
-            sampling,
-            "cover, area of a cell and pitch",
-        ));
-    }
-    let [rest, full] = [0.0, full_scale].map(|pressure| cell.value(pressure));
-    let law = "law of the cell";
-    facts.push(fact(
-        "transduction",
-        format!("{}_at_rest", quantity.name),
-        of_cell(rest),
-        law,
-    ));
-    facts.push(fact(
-        "transduction",
-        format!("{}_at_full_scale", quantity.name),
-        of_cell(full),
-        law,
-    ));
-    facts.extend(chain.network.facts_at(rest, full));
-    let mut clone = chain.clone();
-    let mut names = Vec::new();
-    clone.parameters(&mut |parameter, _| names.push(parameter.name));
-    facts.push(fact(
-        "transduction",
-        "numbers_of_the_parts",
-        text(&names.join(", ")),
-        "for fabrication and calibration",
-    ));
-    facts.extend(timing(
-        chain.period,
-        chain.scan.duration(chain.layout.rows, chain.layout.columns),
-        "time for all channels of a frame",
-    ));
-    let signal = chain.network.quantity(quantity);
-    let of_signal = |value: f64| number(value, signal.unit.2, signal.unit.0, signal.unit.1);
+                in_unit(value, quantity),
+                "law of the cell",
+            )
+        })
+        .collect();
+    facts.extend(chain.network.facts_at(values[0], values[1]));
+    chain
+        .clone()
+        .parameters(&mut |parameter, _| names.push(parameter.name));
+    let (names, source) = (text(&names.join(", ")), "for fabrication and calibration");
+    facts.push(fact("transduction", "numbers_of_the_parts", names, source));
+    facts
+}
+
+fn of_the_board(device: &ChainDevice<'_>) -> Vec<Fact> {
+    let chain = &device.chain;
+    let scan_time = chain.scan.duration(chain.layout.rows, chain.layout.columns);
+    let mut facts = timing(chain.period, scan_time, "time for all channels of a frame");
+    let signal = chain.network.quantity(chain.cell(0).quantity());
+    let noise = in_unit(chain.deviation(), signal);
     facts.push(fact(
         "electronics",
         "noise_of_a_reading",
-        of_signal(chain.deviation()),
+        noise,
         "readout, last stage",
     ));
     let [low, high] = chain.last.range();
-    for (name, input) in device.inputs() {
-        let share = number((input - low) / (high - low), "share", "%", 1e-2);
-        facts.push(fact(
-            "electronics",
-            format!("range_used_{}", name.replace(' ', "_")),
-            share,
-            chain.last.range_key(),
-        ));
-    }
-    for (name, pressure) in [("rest", 0.0), ("half_scale", 0.5 * full_scale)] {
-        let slope = one_cell_slope(device, pressure);
-        let noise = kpa(chain.deviation() / slope.abs());
-        facts.push(fact(
-            "estimation",
-            format!("noise_of_a_pressure_at_{name}"),
-            noise,
-            "noise of a reading over the slope of the chain",
-        ));
-    }
-    facts.push(fact(
-        "estimation",
-        "full_scale",
-        kpa(full_scale),
-        "element.cells.full_scale",
-    ));
+    facts.extend(device.inputs().map(|(name, input)| {
+        let name = format!("range_used_{}", name.replace(' ', "_"));
+        let used = share((input - low) / (high - low));
+        fact("electronics", name, used, chain.last.range_key())
+    }));
+    facts
+}
+
+fn of_the_estimate(device: &ChainDevice<'_>) -> Vec<Fact> {
+    let (chain, full_scale) = (&device.chain, device.chain.full_scale);
+    let kpa = |value: f64| number(value, "pa", "kPa", 1e3);
+    let noise = |(at, pressure)| {
+        let noise = kpa(chain.deviation() / one_cell_slope(device, pressure).abs());
+        let name = format!("noise_of_a_pressure_at_{at}");
+        let source = "noise of a reading over the slope of the chain";
+        fact("estimation", name, noise, source)
+    };
+    let mut facts: Vec<Fact> = [("rest", 0.0), ("half_scale", 0.5 * full_scale)]
+        .map(noise)
+        .into();
+    let (end, source) = (kpa(full_scale), "element.cells.full_scale");
+    facts.push(fact("estimation", "full_scale", end, source));
     if let Threshold::Deviations(deviations, least) = device.chain_reader().rules().threshold {
-        let source = "standard deviations of the pressure, or this pressure; default";
+        let words = format!("{deviations} deviations, at least {} kPa", least / 1e3);
+        let source = "standard deviations of the pressure by noise, or this pressure; default";
         facts.push(fact(
             "estimation",
             "contact_threshold",
-            text(&format!(
-                "{deviations} deviations, at least {} kPa",
-                least / 1e3
-            )),
+            text(&words),
             source,
         ));
     }
-    let states = cell
-        .caveat()
-        .map_or("holds for loading and unloading".into(), |caveat| {
-            format!("holds for {caveat}")
-        });
-    facts.push(fact("estimation", "stated_deviation", text(&states), law));
+    let caveat = chain.cell(0).caveat();
+    let holds = format!("holds for {}", caveat.unwrap_or("loading and unloading"));
+    let source = "law of the cell";
+    facts.push(fact("estimation", "stated_deviation", text(&holds), source));
     facts
 }
 

@@ -17,7 +17,7 @@ use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, FORCE, RESISTANCE};
 use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, require};
-use crate::stage::{Board, Chain, PartError, Parts};
+use crate::stage::{Board, Chain, Memory, PartError, Parts};
 use crate::summary::Fact;
 
 pub use predict::ChainPredictor;
@@ -208,7 +208,7 @@ impl Device for ChainDevice<'_> {
         self.chain
             .memory
             .as_deref()
-            .map_or_else(Vec::new, |memory| memory.times())
+            .map_or_else(Vec::new, Memory::times)
     }
 
     fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
