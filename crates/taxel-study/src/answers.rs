@@ -1316,7 +1316,7 @@ pub(crate) fn farthest(places: &[[f64; 2]], contacts: &[PlacedContact]) -> f64 {
     all.fold(0.0, f64::max)
 }
 
-/// Columns of a section, as in the table of a sweep of schema 1.
+/// Columns of a section, in the order of `p4-sections`.
 const SECTION: [(&str, &str, f64, &str); 9] = [
     ("area_ratio", "", 1.0, ""),
     ("change", "", 1.0, ""),

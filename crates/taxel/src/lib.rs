@@ -19,7 +19,7 @@
 //! let options = SearchOptions::default();
 //! let found = estimate_unit(&device.units[0], capacitance, device.deviation[0], [true; 4], &options);
 //! assert!((found.force[2] - force[2]).abs() < 1e-9);
-//! # Ok::<(), taxel::InputError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod acquisition;
