@@ -113,7 +113,7 @@ impl Predictor for Propagated {
             row.push(if known {
                 Cell::Number(variance.sqrt())
             } else {
-                Cell::from("")
+                Cell::Missing
             });
         }
         Ok(())

@@ -43,6 +43,8 @@ pub enum Cell {
     Whole(u64),
     /// Text.
     Text(Cow<'static, str>),
+    /// No value: `null` in JSON, nothing in CSV.
+    Missing,
 }
 
 impl From<f64> for Cell {
@@ -223,7 +225,7 @@ fn json_fields(keys: &[String], row: &[Cell], text: &mut String) {
                 text.push_str(digits.format_finite(*value));
             }
             // JSON has no NaN: what is unknown is `null`.
-            Cell::Number(_) => text.push_str("null"),
+            Cell::Number(_) | Cell::Missing => text.push_str("null"),
             Cell::Whole(value) => whole(*value, text),
             Cell::Text(value) => {
                 let _ = write!(text, "{}", Value::from(value.as_ref()));
@@ -336,6 +338,7 @@ fn text_of(cell: &Cell, column: &Column) -> String {
         }
         Cell::Whole(value) => value.to_string(),
         Cell::Text(text) => shown::text(text),
+        Cell::Missing => String::new(),
     }
 }
 
@@ -361,7 +364,7 @@ fn csv_row(units: &[Shown], row: &[Cell], text: &mut String) {
                 let shown = digits.format_finite(unit.of(*value));
                 text.push_str(shown.strip_suffix(".0").unwrap_or(shown));
             }
-            Cell::Number(_) => (),
+            Cell::Number(_) | Cell::Missing => (),
             Cell::Whole(value) => whole(*value, text),
             Cell::Text(value) => quoted(value, text),
         }

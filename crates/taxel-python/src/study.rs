@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::{AllowTypeChange, PyArrayLike2};
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict};
-use taxel::InputError;
 use taxel_files::{self as files, Folder};
 use taxel_study::answers::Outcome;
 use taxel_study::optimise::{self, Candidate};

@@ -30,7 +30,7 @@ impl Values {
     fn cells(self) -> Vec<Cell> {
         match self {
             Self::Nothing | Self::Given(_) => Vec::new(),
-            Self::Empty(count) => vec![Cell::from(""); count],
+            Self::Empty(count) => vec![Cell::Missing; count],
             Self::Numbers(numbers) => numbers.into_iter().map(Cell::Number).collect(),
             Self::Whole(numbers) => {
                 let whole = numbers
@@ -52,7 +52,7 @@ impl Values {
         match (&mut *self, cell) {
             (Self::Numbers(numbers), Cell::Number(number)) => numbers.push(*number),
             (Self::Numbers(numbers), Cell::Whole(whole)) => numbers.push(*whole as f64),
-            (Self::Numbers(numbers), Cell::Text(text)) if text.is_empty() => numbers.push(f64::NAN),
+            (Self::Numbers(numbers), Cell::Missing) => numbers.push(f64::NAN),
             (Self::Whole(numbers), Cell::Whole(whole)) => numbers.push(whole.cast_signed()),
             (Self::Words(words, places), Cell::Text(text)) => {
                 let known = words.iter().rposition(|word| word == text);
@@ -62,9 +62,10 @@ impl Values {
                 });
                 places.push(place as u32);
             }
-            (Self::Empty(count), Cell::Text(text)) if text.is_empty() => *count += 1,
+            (Self::Empty(count), Cell::Missing) => *count += 1,
+            (Self::Words(..), Cell::Missing) => self.push(&Cell::from("")),
             (Self::Mixed(cells), cell) => cells.push(cell.clone()),
-            (Self::Nothing, Cell::Text(text)) if text.is_empty() => *self = Self::Empty(1),
+            (Self::Nothing, Cell::Missing) => *self = Self::Empty(1),
             (Self::Nothing, Cell::Number(number)) => *self = Self::Numbers(vec![*number]),
             (Self::Nothing, Cell::Whole(whole)) => *self = Self::Whole(vec![whole.cast_signed()]),
             (Self::Nothing, Cell::Text(text)) => {
@@ -78,8 +79,7 @@ impl Values {
                 *self = Self::Words(vec![String::new()], vec![0; *count]);
                 self.push(cell);
             }
-            (Self::Whole(numbers), cell) if !matches!(cell, Cell::Text(text) if !text.is_empty()) =>
-            {
+            (Self::Whole(numbers), Cell::Number(_) | Cell::Missing) => {
                 *self = Self::Numbers(numbers.iter().map(|number| *number as f64).collect());
                 self.push(cell);
             }
@@ -113,13 +113,14 @@ impl Values {
             Self::Given(array) => array,
             Self::Numbers(numbers) => numbers.into_pyarray(py).into_any().unbind(),
             Self::Whole(numbers) => numbers.into_pyarray(py).into_any().unbind(),
-            Self::Empty(count) => texts(py, &[String::new()], vec![0; count])?,
+            Self::Empty(count) => vec![f64::NAN; count].into_pyarray(py).into_any().unbind(),
             Self::Words(words, places) => texts(py, &words, places)?,
             Self::Mixed(cells) => {
                 let values = cells.into_iter().map(|cell| match cell {
                     Cell::Number(number) => number.into_pyobject(py).map(Bound::into_any),
                     Cell::Whole(whole) => (whole as f64).into_pyobject(py).map(Bound::into_any),
                     Cell::Text(text) => Ok(text.into_pyobject(py)?.into_any()),
+                    Cell::Missing => f64::NAN.into_pyobject(py).map(Bound::into_any),
                 });
                 let values = values.collect::<Result<Vec<_>, _>>()?;
                 let list = PyList::new(py, values)?;
@@ -238,7 +239,7 @@ impl<'py> Filled<'py> {
     pub(crate) fn new(py: Python<'py>, first: &[Cell], rows: usize, size: usize) -> PyResult<Self> {
         let column = |cell: &Cell| {
             Ok(match cell {
-                Cell::Number(_) => Room::Numbers(room(py, rows)?),
+                Cell::Number(_) | Cell::Missing => Room::Numbers(room(py, rows)?),
                 Cell::Whole(_) => Room::Whole(room(py, rows)?),
                 Cell::Text(_) => Room::Words(vec![0; rows]),
             })
@@ -395,7 +396,7 @@ impl Piece<'_> {
         match (&mut self.place, cell) {
             (Place::Numbers(numbers), Cell::Number(number)) => numbers[self.filled] = *number,
             (Place::Numbers(numbers), Cell::Whole(whole)) => numbers[self.filled] = *whole as f64,
-            (Place::Numbers(numbers), Cell::Text(text)) if text.is_empty() => {
+            (Place::Numbers(numbers), Cell::Missing) => {
                 numbers[self.filled] = f64::NAN;
             }
             (Place::Whole(numbers), Cell::Whole(whole)) => {

@@ -504,11 +504,7 @@ fn prediction(
     let answered = mechanics != Some(Mechanics::Fem)
         && last.is_some_and(|loads| predictor.answer(&loads.load(0), &mut row).is_ok());
     let index = columns.iter().position(|one| one.name == written.quantity);
-    let word = answered
-        && index.is_some_and(|index| match row.get(index) {
-            Some(Cell::Text(text)) => !text.is_empty(),
-            _ => false,
-        });
+    let word = answered && index.is_some_and(|index| matches!(row.get(index), Some(Cell::Text(_))));
     let column = Column {
         name: name.to_owned(),
         ..column.clone()
@@ -640,9 +636,7 @@ fn answer_of(
     match index.and_then(|index| row.get(index)) {
         Some(Cell::Number(number)) => finite(*number),
         Some(Cell::Whole(whole)) => Outcome::Number(*whole as f64),
-        Some(Cell::Text(text)) if text.is_empty() => {
-            Outcome::Outside(String::from("there is no number at this load"))
-        }
+        Some(Cell::Missing) => Outcome::Outside(String::from("there is no number at this load")),
         Some(Cell::Text(text)) => Outcome::Word(text.to_string()),
         None => Outcome::Outside(format!("this design has no {quantity}")),
     }

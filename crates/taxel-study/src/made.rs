@@ -111,7 +111,7 @@ impl Predictor for MadeDevices {
             values.sort_by(f64::total_cmp);
             for (_, share) in QUANTILES {
                 row.push(if values.is_empty() {
-                    Cell::from("")
+                    Cell::Missing
                 } else {
                     Cell::Number(quantile(&values, share))
                 });

@@ -201,7 +201,7 @@ pub fn cells(study: &Study, row: &Row) -> Vec<Cell> {
     let answers = row.answers.iter().map(|outcome| match outcome {
         Outcome::Number(number) => Cell::Number(*number),
         Outcome::Word(word) => Cell::from(word.clone()),
-        _ => Cell::from(""),
+        _ => Cell::Missing,
     });
     let ends = [
         Cell::from(row.status.name()),

@@ -561,7 +561,7 @@ pub fn table(study: &Study, found: &Tolerance) -> (Vec<Column>, Vec<Vec<Cell>>) 
         number("high_95"),
     ];
     let mut rows = Vec::new();
-    let none = || Cell::from("");
+    let none = || Cell::Missing;
     let mut estimate = |answer: &str, what: &str, of: &str, found: &Estimate| {
         rows.push(vec![
             Cell::from(answer.to_owned()),

@@ -232,7 +232,7 @@ fn nothing(state: InPlaneLoadState) -> InPlaneFieldPrediction {
 }
 
 fn cell(value: Option<f64>) -> Cell {
-    value.map_or_else(|| Cell::from(""), Cell::Number)
+    value.map_or_else(|| Cell::Missing, Cell::Number)
 }
 
 impl Predictor for InPlaneFieldPredictor {

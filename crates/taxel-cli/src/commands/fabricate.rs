@@ -62,7 +62,7 @@ fn summary(plan: &Plan, options: &Options) -> (Vec<Column>, Vec<Vec<Cell>>) {
         Column::new("area", "mm2", 1e-6, "m2", 6),
         Column::new("volume", "mm3", 1e-9, "m3", 6),
     ];
-    let none = || Cell::from("");
+    let none = || Cell::Missing;
     let masks = plan.masks.iter().map(|mask| {
         let mask = mask.drawn(&plan.field, options.polarity);
         vec![

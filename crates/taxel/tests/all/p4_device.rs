@@ -566,7 +566,7 @@ fn two_loads_at_once_are_one_number_in_prediction_and_twin() {
             match row[at.unwrap_or_else(|| panic!("no {name}"))] {
                 Cell::Number(number) => number,
                 Cell::Whole(number) => number as f64,
-                Cell::Text(ref text) => panic!("{text}"),
+                ref other => panic!("{other:?}"),
             }
         }
     };

@@ -137,7 +137,7 @@ impl MicrochannelFieldPredictor {
         let Some(state) = state else {
             // Beyond the end of the solution nothing is known.
             let open = self.columns().len() - 1;
-            row.extend(std::iter::repeat_n(Cell::from(""), open));
+            row.extend(std::iter::repeat_n(Cell::Missing, open));
             row.push(Cell::from("beyond_solution"));
             return Ok(());
         };
@@ -161,7 +161,7 @@ impl MicrochannelFieldPredictor {
         row: &mut Vec<Cell>,
     ) {
         row.push(Cell::Number(state.force));
-        let none = || Cell::from("");
+        let none = || Cell::Missing;
         for part in 0..self.parts() {
             let state = state.drives.get(part).zip(state.contact_radii.get(part));
             let load = pressed.parts.get(part).map(|(load, _)| load);

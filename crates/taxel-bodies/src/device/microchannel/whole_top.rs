@@ -164,7 +164,7 @@ impl Predictor for WholeTopPredictor {
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         self.closed.answer(load, row)?;
         let stretches = stretches_of(load)?;
-        let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
+        let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
         let answer = self.predict_parts(&stretches).ok();
         for layer in 0..LAYERS.len() {
             for part in 0..self.closed.loads_at_once() {

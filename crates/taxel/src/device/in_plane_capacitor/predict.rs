@@ -182,7 +182,7 @@ impl InPlanePredictor {
         }
         row.push(match number {
             Some(number) => number_cell(&number, &self.board.last),
-            None => Cell::from(""),
+            None => Cell::Missing,
         });
     }
 
@@ -446,5 +446,5 @@ fn curves(given: &[bool]) -> Vec<Curve> {
 }
 
 fn cell(value: Option<f64>) -> Cell {
-    value.map_or_else(|| Cell::from(""), Cell::Number)
+    value.map_or_else(|| Cell::Missing, Cell::Number)
 }

@@ -423,7 +423,7 @@ impl Predictor for MicrochannelPredictor {
                 message: error.to_string(),
                 help: String::from("give a pressure of zero or more"),
             })?;
-        let number = |value: Option<f64>| value.map_or(Cell::from(""), Cell::Number);
+        let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
         // All but the last part, on which nothing presses.
         let loads = || (0..self.loads_at_once).map(|load| (load, load + 1 < stretches.len()));
         let of_loads = |of: &dyn Fn(usize) -> Option<f64>| -> Vec<Cell> {
@@ -445,7 +445,7 @@ impl Predictor for MicrochannelPredictor {
             // known to be larger would look like a reading.
             if layer.state == LayerState::Beyond {
                 let signal = self.signal_columns("", 0).len();
-                row.extend(std::iter::repeat_n(Cell::from(""), 1 + signal));
+                row.extend(std::iter::repeat_n(Cell::Missing, 1 + signal));
             } else {
                 row.push(Cell::Number(layer.change));
                 row.extend(self.signal_cells(layer.signal, &layer.number));

@@ -836,7 +836,7 @@ impl Predictor for PiezoelectricPredictor {
 /// A number, or an empty cell where it is not known.
 fn known(number: f64) -> Cell {
     if number.is_nan() {
-        return Cell::from("");
+        return Cell::Missing;
     }
     Cell::Number(number)
 }

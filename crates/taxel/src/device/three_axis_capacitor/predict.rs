@@ -349,9 +349,9 @@ impl Predictor for ThreeAxisPredictor {
             let ends = parts.surroundings.filter(|_| !bound);
             row.extend(match ends {
                 Some(ends) => ends.map(Cell::Number),
-                None => [Cell::from(""), Cell::from("")],
+                None => [Cell::Missing, Cell::Missing],
             });
-            row.push(parts.by_air_gap.map_or(Cell::from(""), Cell::Number));
+            row.push(parts.by_air_gap.map_or(Cell::Missing, Cell::Number));
         }
         row.push(Cell::Number(answer.response.least_air_gap()));
         row.extend(answer.voltage.into_iter().flatten().map(Cell::Number));
@@ -367,7 +367,7 @@ impl Predictor for ThreeAxisPredictor {
             let names = (0..4).filter(|i| closed[*i]).map(|i| CAPACITORS[i]);
             Cell::from(names.collect::<Vec<_>>().join(" "))
         } else {
-            Cell::from("")
+            Cell::Missing
         });
         Ok(())
     }
