@@ -7,6 +7,10 @@ use crate::transduction::{solve_edges, solve_section};
 use taxel::solutions::{Asked, Question, Solutions, Solver};
 
 /// Solves questions by finite elements.
+///
+/// Whoever changes the mesh, the steps or the numbers of a solution raises `METHOD` of its
+/// question, in `solutions` of `taxel` or with the statement of the drawing: kept solutions are
+/// those of another method then.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FiniteElements;
 

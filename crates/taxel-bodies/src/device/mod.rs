@@ -4,7 +4,7 @@ mod in_plane_capacitor;
 mod microchannel;
 mod three_axis_capacitor;
 
-use crate::mechanics::check;
+use crate::mechanics::check_stack;
 use crate::transduction::{
     NoTable, SolvedInPlane, TableOptions, tabulate_layers, tabulate_section,
 };
@@ -87,7 +87,7 @@ pub fn field_predictor(sensor: &Sensor) -> Result<Box<dyn Predictor>, NotSolvabl
         Element::Microchannel(_) => {
             let array = sensor.microchannels().map_err(|error| drawing(&error))?;
             let stack = array.void_stack().map_err(NotSolvable::Drawing)?;
-            check(&stack).map_err(|error| drawing(&error))?;
+            check_stack(&stack).map_err(|error| drawing(&error))?;
             Ok(Box::new(MicrochannelFieldPredictor::new(&array)))
         }
         _ => Err(NotSolvable::Kind),

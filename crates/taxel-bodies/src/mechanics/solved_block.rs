@@ -6,7 +6,7 @@ use super::microchannel_cell::{Filling, WallContact};
 use taxel_fem::mesh::{CrossingVoids, Footprint, FootprintShape, VoidBlock};
 
 use super::DeformedBody;
-use super::solved_voids::{NotSolved, check, filling, light, solid, void_shape};
+use super::solved_voids::{NotSolved, check_stack, filling, light_pressure, solid, void_shape};
 use taxel::mechanics::{ClosingCurve, PressureLaw, VoidStack, tabulated_pressure};
 
 /// A piece cut out of a sheet with free sides, with whole crossings of channels.
@@ -126,7 +126,7 @@ impl MicrochannelBlock {
     ) -> Result<SolvedBlock, NotSolved> {
         let failed =
             |failure: taxel_fem::solver::failure::Failure| NotSolved::Solver(failure.to_string());
-        check(&self.stack)?;
+        check_stack(&self.stack)?;
         let mut study = self.study(loads).map_err(failed)?;
         let mut states = vec![(0.0, study.state().map_err(failed)?)];
         let mut ended = None;
@@ -134,7 +134,7 @@ impl MicrochannelBlock {
         let light = if loads.parts.iter().all(patches) {
             // There the patch that is pressed hardest is no longer light.
             let shares = loads.parts.iter().map(|(_, share)| *share);
-            light(&self.stack) / shares.fold(f64::MIN_POSITIVE, f64::max)
+            light_pressure(&self.stack) / shares.fold(f64::MIN_POSITIVE, f64::max)
         } else {
             // The contact of a punch grows from nothing: no curve leads to it.
             0.0

@@ -66,8 +66,8 @@ pub struct Crosstalk {
     pub side: [f64; 2],
 }
 
-/// Closings per force of a drawing; `progress` hears the fraction. The error is what a mesh of a quarter of the unknowns is off, and no less than that of
-/// the table.
+/// Closings per force of a drawing; `progress` hears the fraction. The error is what a mesh of a
+/// quarter of the unknowns is off, and no less than that of the table.
 ///
 /// # Errors
 /// A sentence when the solution fails.
@@ -81,11 +81,8 @@ pub(crate) fn solve_stiffness(
             division,
             ..UnitSolution::default()
         };
-        let unit = ElasticUnit {
-            drawing: *drawing,
-            solution,
-        }
-        .solve();
+        let drawing = *drawing;
+        let unit = ElasticUnit { drawing, solution }.solve();
         unit.map(|unit| unit.compliance)
             .map_err(|failure| failure.to_string())
     };

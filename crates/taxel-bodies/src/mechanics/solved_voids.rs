@@ -86,7 +86,7 @@ const LIGHT: f64 = 0.125;
 ///
 /// # Errors
 /// [`NotSolved::NoSolid`] naming the first part without.
-pub(crate) fn check(stack: &VoidStack) -> Result<(), NotSolved> {
+pub(crate) fn check_stack(stack: &VoidStack) -> Result<(), NotSolved> {
     let base = "element.microchannel.base";
     let roofs = "element.microchannel.rows.roof and columns.roof";
     for (part, key, thickness) in [
@@ -115,7 +115,7 @@ pub(crate) fn void_shape(stack: &VoidStack) -> VoidShape {
 }
 
 /// A pressure below which answers lie on a curve from rest, Pa.
-pub(crate) fn light(stack: &VoidStack) -> f64 {
+pub(crate) fn light_pressure(stack: &VoidStack) -> f64 {
     LIGHT * stack.material.shear_modulus() * stack.section.height / stack.section.width
 }
 
@@ -123,8 +123,11 @@ pub(crate) fn light(stack: &VoidStack) -> f64 {
 ///
 /// # Errors
 /// [`NotSolved`] for lengths that make no cell.
-pub(crate) fn study(stack: &VoidStack, fineness: Fineness) -> Result<CrossingStudy, NotSolved> {
-    check(stack)?;
+pub(crate) fn crossing_study(
+    stack: &VoidStack,
+    fineness: Fineness,
+) -> Result<CrossingStudy, NotSolved> {
+    check_stack(stack)?;
     let (part, largest) = match fineness {
         Fineness::Usual => (1.0, 1.0),
         Fineness::Finer => (0.5, 1.0 / 1.5),
@@ -168,8 +171,8 @@ pub fn solve_voids(
     if stack.liquid == PressureLaw::Sealed {
         return Err(NotSolved::Sealed);
     }
-    let pressure = pressure.max(light(stack));
-    let mut study = study(stack, Fineness::Usual)?;
+    let pressure = pressure.max(light_pressure(stack));
+    let mut study = crossing_study(stack, Fineness::Usual)?;
     let mut states = Vec::new();
     let mut ended = None;
     for step in 1..=STATES {

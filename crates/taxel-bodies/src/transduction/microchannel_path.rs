@@ -2,7 +2,7 @@
 
 use super::path_solution::{LoadPath, NoTable, Off, TableOptions, solve};
 use crate::mechanics::crossing_microchannels::Crossing;
-use crate::mechanics::{self, Fineness, NotSolved, light};
+use crate::mechanics::{Fineness, NotSolved, crossing_study, light_pressure};
 use taxel::mechanics::{PressureLaw, Stretch};
 use taxel::transduction::DrawnLayers;
 use taxel::transduction::microchannel_table::{
@@ -81,14 +81,14 @@ impl LoadPath for LayersPath<'_> {
             return Err(NoTable::Sealed);
         }
         let height = stack.section.height;
-        let mut study = mechanics::study(stack, Fineness::Usual)?;
+        let mut study = crossing_study(stack, Fineness::Usual)?;
         let mut gap = |pressure: f64| {
             study
                 .press(pressure)
                 .map(|state| state.gap.into_iter().fold(f64::INFINITY, f64::min) / height)
         };
         let mut before = [0.0, 1.0];
-        let mut pressure = light(stack);
+        let mut pressure = light_pressure(stack);
         // The lowest pressure at which roof and floor have touched.
         let mut touched: Option<f64> = None;
         for _ in 0..MOST_STEPS {
@@ -148,7 +148,7 @@ impl LoadPath for LayersPath<'_> {
                 None => {
                     let study = match &mut study {
                         Some(study) => study,
-                        none => none.insert(mechanics::study(&self.drawn.stack, fineness)?),
+                        none => none.insert(crossing_study(&self.drawn.stack, fineness)?),
                     };
                     let crossing = study
                         .press(*load)

@@ -339,9 +339,8 @@ impl Predictor for MicrochannelPredictor {
     fn prepare(
         &mut self,
         loads: &Loads,
-        progress: &mut dyn FnMut(f64),
+        _progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        let _ = progress;
         self.expect(loads);
         Ok(self.short_part(loads).or_else(|| self.whole_top(loads)))
     }

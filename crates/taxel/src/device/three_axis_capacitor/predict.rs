@@ -271,10 +271,9 @@ pub(super) static LOADS: [LoadColumn; 3] = force_loads(1e3);
 impl Predictor for ThreeAxisPredictor {
     fn prepare(
         &mut self,
-        loads: &Loads,
-        progress: &mut dyn FnMut(f64),
+        _loads: &Loads,
+        _progress: &mut dyn FnMut(f64),
     ) -> Result<Option<String>, String> {
-        let _ = (loads, progress);
         Ok(Some(self.remark.clone()))
     }
 
