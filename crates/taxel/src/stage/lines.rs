@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CellQuantity, Inverted, Network, OneToOne, PartParameter, Stage};
+use super::{CellQuantity, Inverted, Network, OneToOne, PartError, PartParameter, Stage};
 use crate::quantity::{self, CONDUCTANCE, Checked, NonNegativeResistance, RESISTANCE};
 use crate::summary::{Fact, fact, number};
 use crate::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
@@ -152,25 +152,48 @@ impl Network for Lines {
         });
     }
 
+    fn joins(&self, count: usize) -> Result<(), PartError> {
+        let zero = matches!(self.described, NetworkDescription::ZeroPotential(_));
+        if zero || count <= MOST_CROSSINGS {
+            return Ok(());
+        }
+        Err(PartError {
+            key: "network".into(),
+            message: format!(
+                "{count} crossings: where the idle lines are not at zero potential, each reading depends on all \
+                 crossings, and at most {MOST_CROSSINGS} are inverted"
+            ),
+            help: "read fewer lines together, or at zero_potential".into(),
+        })
+    }
+
     fn facts_at(&self, rest: f64, pressed: f64) -> Vec<Fact> {
-        let gain = |name, gain: Result<f64, NetworkError>| {
-            let value = number(gain.unwrap_or(f64::INFINITY), "times", "times", 1.0);
+        let [rows, columns] = self.counts;
+        let corner = |i: usize| i / columns + i % columns < 2;
+        let ghost = (0..rows * columns).map(|i| if corner(i) { pressed } else { rest });
+        let ghost: Vec<f64> = ghost.collect();
+        let source = "deviation of a conductance over that of its reading, both relative";
+        let gain = |(name, pattern): (&str, &[f64])| {
+            let gain = self.gain(pattern).unwrap_or(f64::INFINITY);
             fact(
                 "transduction",
                 name,
-                value,
-                "deviation of a conductance over that of its reading, both relative",
+                number(gain, "times", "times", 1.0),
+                source,
             )
         };
-        vec![
-            gain("noise_gain_empty", self.network().noise_gain_empty(rest)),
-            gain(
-                "noise_gain_ghost",
-                self.network().noise_gain_ghost(rest, pressed),
-            ),
+        [
+            ("noise_gain_empty", &vec![rest; rows * columns][..]),
+            ("noise_gain_ghost", &ghost[..]),
         ]
+        .map(gain)
+        .into()
     }
 }
+
+/// Most crossings whose covariances are computed for each frame where every reading depends on all
+/// of them: 32 x 32.
+const MOST_CROSSINGS: usize = 1024;
 
 type Found = (Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
 
@@ -200,6 +223,21 @@ impl Lines {
             columns,
             wiring,
         }
+    }
+
+    /// Largest relative deviation of a conductance over that of its reading.
+    fn gain(&self, values: &[f64]) -> Result<f64, NetworkError> {
+        let network = self.network();
+        if !matches!(network.wiring, Wiring::ZeroPotential { .. }) {
+            return network.noise_gain(values);
+        }
+        let mut readings = vec![0.0; values.len()];
+        network.read(values, &mut readings)?;
+        let slopes = network.own_slopes(values)?;
+        let gains = readings.iter().zip(slopes);
+        Ok(gains
+            .map(|(reading, slope)| (reading / slope).abs())
+            .fold(0.0, f64::max))
     }
 
     fn found(&self, signals: &[f64], noise: &[f64], start: &[f64]) -> Result<Found, NetworkError> {

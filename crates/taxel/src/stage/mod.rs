@@ -219,6 +219,15 @@ pub trait Network: Stage {
     /// A copy.
     fn boxed(&self) -> Box<dyn Network>;
 
+    /// Whether it can join so many cells.
+    ///
+    /// # Errors
+    /// Why not.
+    fn joins(&self, count: usize) -> Result<(), PartError> {
+        let _ = count;
+        Ok(())
+    }
+
     /// What the signals are.
     fn quantity(&self, of_cell: CellQuantity) -> CellQuantity;
 

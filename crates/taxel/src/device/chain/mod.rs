@@ -106,6 +106,10 @@ impl Device for ChainDevice<'_> {
         if let Some(cover) = &self.chain.cover {
             cover.fits(self.chain.layout.pitch).map_err(broken)?;
         }
+        self.chain
+            .network
+            .joins(self.chain.count())
+            .map_err(broken)?;
         for stage in self.chain.stages() {
             stage.check().map_err(broken)?;
         }
