@@ -10,7 +10,7 @@ use crate::mechanics::{
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{PlateReading, Response, TileEdges, UnitModel};
+use crate::transduction::{PlateReading, PublishedInverse, Response, TileEdges, UnitModel};
 
 /// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +78,8 @@ impl LoadState {
 #[derive(Debug, Clone)]
 pub struct ThreeAxisPredictor {
     unit: UnitModel,
+    /// From the unit at rest.
+    published_inverse: PublishedInverse,
     board: FrontEnd,
     usable_force: f64,
     full_scale: f64,
@@ -115,8 +117,10 @@ struct ToSolve {
 impl ThreeAxisPredictor {
     /// A predictor for the units of `array`.
     pub fn new(array: &ThreeAxisArray<'_>) -> Self {
+        let unit = array.typical_unit();
         Self {
-            unit: array.typical_unit(),
+            unit,
+            published_inverse: PublishedInverse::new(unit.plates, unit.rest()),
             board: array.board.clone(),
             usable_force: array.element.usable_force,
             full_scale: array.element.full_scale,
@@ -133,6 +137,7 @@ impl ThreeAxisPredictor {
         for (air, by) in self.unit.plates.air_gap.iter_mut().zip(by) {
             *air += by;
         }
+        self.published_inverse = PublishedInverse::new(self.unit.plates, self.unit.rest());
     }
 
     /// The same whose stiffness is solved by finite elements.
@@ -176,9 +181,11 @@ impl ThreeAxisPredictor {
             |pressed| self.respond_pressed(&pressed),
         );
         let capacitance = response.capacitance();
+        let motion = self.published_inverse.motion(capacitance);
         let published_inverse = self
             .unit
-            .effective_force(self.unit.rest(), capacitance)
+            .suspension
+            .force_from_displacement(motion.displacement)
             .unwrap_or([f64::NAN; 3]);
         Prediction {
             force,
