@@ -36,10 +36,12 @@ pub use piezoelectric::{
 pub use solved_edges::SolvedEdges;
 pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
-pub use three_axis_capacitor::{PlateReading, PlateSlopes, Plates, PlatesDescription, Response};
+pub use three_axis_capacitor::{
+    PlateReading, PlateSlopes, Plates, PlatesDescription, Response, RestReading,
+};
 pub use tile_edges::{
     DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSlopes, INNER_DISTANCE,
     OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
 };
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
-pub use unit_model::{EffectiveMotion, Linearisation, UnitModel};
+pub use unit_model::{EffectiveMotion, Linearisation, PublishedInverse, UnitModel};

@@ -117,6 +117,17 @@ pub struct PlateSlopes {
     pub by_slope: [[f64; 4]; 2],
 }
 
+/// The reading of a capacitor at rest, with what follows from it alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestReading {
+    /// Capacitance, F.
+    capacitance: f64,
+    /// What is parallel to the plate pair at the air gap of the model, F.
+    beside: f64,
+    /// Air gap at which a parallel tile has this capacitance, m.
+    air_gap: f64,
+}
+
 impl PlatesDescription {
     /// The model this description states; `edges` where no parallel capacitance is typed in.
     pub fn model(&self, edges: Option<TileEdges>) -> Plates {
@@ -164,8 +175,15 @@ impl Plates {
     /// Slope of the capacitance `i` against its air gap after the motion `deformation`, for
     /// a tile that stays as it is tilted, F/m; `None` when a tile touches.
     pub fn slope_after(&self, i: usize, deformation: &Deformation) -> Option<f64> {
-        let slopes = self.respond_with_slopes(deformation)?;
-        Some(-slopes.by_closing[i])
+        // Of the edges only those of this tile.
+        let plates = Self {
+            edges: None,
+            ..*self
+        };
+        let slopes = plates.respond_with_slopes(deformation)?;
+        let air = self.air_gap[i] - deformation.closing[i];
+        let edges = self.edges_at(i, air, deformation.slope);
+        Some(-(slopes.by_closing[i] - edges.by_air_gap))
     }
 
     /// What `edges` add to capacitor `i` after the motion `deformation`, with their corners, F.
@@ -224,8 +242,13 @@ impl Plates {
     /// g = ε₀ab/(C − C_par − C_edge), where C_edge follows from the gap itself: a few steps
     /// of Newton's method.
     pub fn air_gap_from(&self, i: usize, reading: f64) -> f64 {
+        self.air_gap_near(i, self.beside_the_plate(i, self.air_gap[i]), reading)
+    }
+
+    /// The same, with what is parallel to the plate pair at its air gap, F.
+    fn air_gap_near(&self, i: usize, beside: f64, reading: f64) -> f64 {
         let mut air = self.air_gap[i];
-        let plate = reading - self.beside_the_plate(i, air);
+        let plate = reading - beside;
         let first = self.permittivity_area() / plate - self.insulation_gap;
         if self.edges.is_none() {
             return first;
@@ -252,16 +275,26 @@ impl Plates {
         f64::NAN
     }
 
-    /// Closing of a parallel tile `i` from the capacitance `rest` to `now`, m.
-    pub fn effective_closing(&self, i: usize, rest: f64, now: f64) -> f64 {
+    /// The capacitance `rest` of capacitor `i`, F, as that from which closings are read.
+    pub fn rest_reading(&self, i: usize, rest: f64) -> RestReading {
+        let beside = self.beside_the_plate(i, self.air_gap[i]);
+        RestReading {
+            capacitance: rest,
+            beside,
+            air_gap: self.air_gap_near(i, beside, rest),
+        }
+    }
+
+    /// Closing of a parallel tile `i` from rest to the capacitance `now`, m.
+    pub fn effective_closing(&self, i: usize, rest: RestReading, now: f64) -> f64 {
+        let beside = rest.beside;
         if self.edges.is_some() {
-            let closing = self.air_gap_from(i, rest) - self.air_gap_from(i, now);
+            let closing = rest.air_gap - self.air_gap_near(i, beside, now);
             if closing.is_finite() {
                 return closing;
             }
         }
-        let beside = self.beside_the_plate(i, self.air_gap[i]);
-        let (rest, now) = (rest - beside, now - beside);
+        let (rest, now) = (rest.capacitance - beside, now - beside);
         // The difference of the reciprocals without their cancellation.
         self.permittivity_area() * (now - rest) / (rest * now)
     }

@@ -1,7 +1,7 @@
 //! One three-axis unit: mechanics and plates together, the model that
 //! estimation inverts.
 
-use super::{PlateSlopes, Plates, Response};
+use super::{PlateSlopes, Plates, Response, RestReading};
 use crate::mechanics::{Deformation, SIDE_X, SIDE_Y, Suspension};
 
 /// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
@@ -95,9 +95,7 @@ impl UnitModel {
     /// `rest` and `capacitance` in F. Exact for parallel tiles; with tilted
     /// tiles off by less than 2 % of full scale.
     pub fn effective_motion(&self, rest: [f64; 4], capacitance: [f64; 4]) -> EffectiveMotion {
-        let closing: [f64; 4] =
-            std::array::from_fn(|i| self.plates.effective_closing(i, rest[i], capacitance[i]));
-        motion_of(closing)
+        PublishedInverse::new(self.plates, rest).motion(capacitance)
     }
 
     /// Force by the published inverse, N; `None` for a singular compliance.
@@ -134,6 +132,32 @@ impl UnitModel {
             plates.air_gap[i] = air;
         }
         Some(unit)
+    }
+}
+
+/// [`UnitModel::effective_motion`] of many readings from one rest, whose gaps are looked for once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PublishedInverse {
+    plates: Plates,
+    rest: [RestReading; 4],
+}
+
+impl PublishedInverse {
+    /// The inverse from the capacitances `rest`, F.
+    pub fn new(plates: Plates, rest: [f64; 4]) -> Self {
+        Self {
+            plates,
+            rest: std::array::from_fn(|i| plates.rest_reading(i, rest[i])),
+        }
+    }
+
+    /// Motion from rest to `capacitance`, F.
+    pub fn motion(&self, capacitance: [f64; 4]) -> EffectiveMotion {
+        let closing = |i| {
+            self.plates
+                .effective_closing(i, self.rest[i], capacitance[i])
+        };
+        motion_of(std::array::from_fn(closing))
     }
 }
 

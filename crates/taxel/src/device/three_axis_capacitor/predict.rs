@@ -6,7 +6,7 @@ use crate::electronics::{Delivered, FrontEnd};
 use crate::mechanics::{Deformation, Pressed, PressedUnit, Suspension};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{PlateReading, Response, TileEdges, UnitModel};
+use crate::transduction::{PlateReading, PublishedInverse, Response, TileEdges, UnitModel};
 
 /// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +74,8 @@ impl LoadState {
 #[derive(Debug, Clone)]
 pub struct ThreeAxisPredictor {
     unit: UnitModel,
+    /// From the unit at rest.
+    published_inverse: PublishedInverse,
     board: FrontEnd,
     usable_force: f64,
     full_scale: f64,
@@ -89,8 +91,10 @@ pub struct ThreeAxisPredictor {
 impl ThreeAxisPredictor {
     /// A predictor for the units of `array`.
     pub fn new(array: &ThreeAxisArray<'_>) -> Self {
+        let unit = array.typical_unit();
         Self {
-            unit: array.typical_unit(),
+            unit,
+            published_inverse: PublishedInverse::new(unit.plates, unit.rest()),
             board: array.board.clone(),
             usable_force: array.element.usable_force,
             full_scale: array.element.full_scale,
@@ -105,6 +109,7 @@ impl ThreeAxisPredictor {
         for (air, by) in self.unit.plates.air_gap.iter_mut().zip(by) {
             *air += by;
         }
+        self.published_inverse = PublishedInverse::new(self.unit.plates, self.unit.rest());
     }
 
     /// The model of the unit.
@@ -145,9 +150,11 @@ impl ThreeAxisPredictor {
             |pressed| self.respond_pressed(&pressed),
         );
         let capacitance = response.capacitance();
+        let motion = self.published_inverse.motion(capacitance);
         let published_inverse = self
             .unit
-            .effective_force(self.unit.rest(), capacitance)
+            .suspension
+            .force_from_displacement(motion.displacement)
             .unwrap_or([f64::NAN; 3]);
         Prediction {
             force,
