@@ -6,7 +6,7 @@
 pub enum Refused {
     /// The element says nothing of what is made.
     #[error(
-        "nothing can be made from an array with the element `{element}`: it says where taxels are, not what they consist of\n\
+        "nothing can be made from an array with the element `{element}`: it does not say of which parts the array consists\n\
          help: give a sensor of in_plane_capacitor, three_axis_capacitor, piezoelectric or microchannel"
     )]
     NoDrawing {

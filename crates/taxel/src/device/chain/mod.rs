@@ -7,7 +7,7 @@ mod reader;
 mod registry;
 mod twin;
 
-use super::{Device, ElementCover, carries, check_mask, fits};
+use super::{Device, carries, check_mask, fits};
 use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::LastStage;
@@ -235,10 +235,6 @@ impl Device for ChainDevice<'_> {
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
         ObserverOptions::new(stream).on(&self.chain.layout)
-    }
-
-    fn cover(&self) -> Option<ElementCover> {
-        None
     }
 
     fn drawing(&self) -> Drawing {
