@@ -75,8 +75,13 @@ pub struct DrawnSection {
 }
 
 /// Solves one section under one pressure, Pa, after the other; width, solid and liquid are those of
-/// `element`.
-pub fn solve_section(element: &Microchannel, drawn: DrawnSection, pressures: &[f64]) -> SectionRow {
+/// `element`. None once `stop` says so, which is asked before each pressure.
+pub fn solve_section(
+    element: &Microchannel,
+    drawn: DrawnSection,
+    pressures: &[f64],
+    stop: &dyn Fn() -> bool,
+) -> Option<SectionRow> {
     let DrawnSection {
         height,
         cover,
@@ -103,17 +108,20 @@ pub fn solve_section(element: &Microchannel, drawn: DrawnSection, pressures: &[f
         row.ended = Some(String::from(
             "a section is solved from a liquid without pressure: leave liquid.initial_pressure out",
         ));
-        return row;
+        return Some(row);
     }
     let filling = filling(&element.liquid.pressure);
     let mut study = match void_study(&cell, shape, solid(&element.material), &filling) {
         Ok(study) => study,
         Err(failure) => {
             row.ended = Some(failure.to_string());
-            return row;
+            return Some(row);
         }
     };
     for &pressure in pressures {
+        if stop() {
+            return None;
+        }
         if row.ended.is_none() {
             match study.press(pressure) {
                 Ok(closure) => {
@@ -146,5 +154,5 @@ pub fn solve_section(element: &Microchannel, drawn: DrawnSection, pressures: &[f
             },
         });
     }
-    row
+    Some(row)
 }

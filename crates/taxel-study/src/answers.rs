@@ -213,6 +213,10 @@ pub(crate) struct Context<'a> {
     pub(crate) section: Option<SolvedSection>,
     /// Values of the variables.
     point: &'a [f64],
+    /// True when the user wants to stop.
+    stop: &'a dyn Fn() -> bool,
+    /// True once a solution was given up for that.
+    pub(crate) stopped: bool,
 }
 
 impl<'a> Context<'a> {
@@ -220,6 +224,7 @@ impl<'a> Context<'a> {
         sensor: &'a Sensor,
         drawn: Option<(&'a Sensor, AfterFile)>,
         point: &'a [f64],
+        stop: &'a dyn Fn() -> bool,
     ) -> Self {
         Self {
             sensor,
@@ -230,6 +235,8 @@ impl<'a> Context<'a> {
             region: None,
             section: None,
             point,
+            stop,
+            stopped: false,
         }
     }
 
@@ -1449,11 +1456,19 @@ impl Section {
         };
         let known = context.section.take();
         let same = |known: &SolvedSection| known.thickness == drawn.thickness && known.way == way;
-        let solved = known.filter(same).unwrap_or_else(|| SolvedSection {
-            thickness: drawn.thickness,
-            row: solve_section(element, drawn, &way),
-            way,
-        });
+        let solved = if let Some(known) = known.filter(same) {
+            known
+        } else {
+            let Some(row) = solve_section(element, drawn, &way, context.stop) else {
+                context.stopped = true;
+                return Outcome::None;
+            };
+            SolvedSection {
+                thickness: drawn.thickness,
+                row,
+                way,
+            }
+        };
         let outcome = self.of(&solved.row, pressure, accept);
         context.section = Some(solved);
         outcome

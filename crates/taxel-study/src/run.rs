@@ -16,7 +16,8 @@ pub struct Runner<'a> {
     pub study: &'a Study,
     /// Where finished designs are kept.
     pub store: Option<Store>,
-    /// True when the user wants to stop: designs in work are finished.
+    /// True when the user wants to stop: designs in work are finished, but for sections of
+    /// microchannels, which are given up before the next pressure.
     pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Hears the number of designs that were finished since the runner was made.
     pub progress: &'a (dyn Fn(usize) + Sync),
@@ -144,9 +145,10 @@ impl<'a> Runner<'a> {
                 }
                 let drawn = made.and_then(|(drawn, after)| Some((drawn?, after)));
                 let group: Vec<&[f64]> = group.iter().map(|at| points[*at].as_slice()).collect();
-                let rows = study.evaluate_alike(&group, drawn);
-                progress(finished.fetch_add(rows.len(), Ordering::Relaxed) + rows.len());
-                rows.into_iter().map(Some).collect()
+                let rows = study.evaluate_alike(&group, drawn, &stop);
+                let made = rows.iter().flatten().count();
+                progress(finished.fetch_add(made, Ordering::Relaxed) + made);
+                rows
             })
             .collect();
         let computed = computed.into_iter().flatten();

@@ -521,7 +521,9 @@ impl Study {
 
     /// Evaluates one design, or a made device of which `drawn` is the drawing.
     pub(crate) fn evaluate_made(&self, point: &[f64], drawn: Option<(&Sensor, AfterFile)>) -> Row {
-        self.evaluate_alike(&[point], drawn).swap_remove(0)
+        let rows = self.evaluate_alike(&[point], drawn, &|| false);
+        let row = rows.into_iter().flatten().next();
+        row.expect("nobody stops it")
     }
 
     /// Evaluates designs that are the same sensor under different conditions.
@@ -529,11 +531,12 @@ impl Study {
         &self,
         points: &[&[f64]],
         drawn: Option<(&Sensor, AfterFile)>,
-    ) -> Vec<Row> {
+        stop: &dyn Fn() -> bool,
+    ) -> Vec<Option<Row>> {
         let mut known = None;
         points
             .iter()
-            .map(|point| self.evaluate_one(point, drawn, &mut known))
+            .map(|point| self.evaluate_one(point, drawn, &mut known, stop))
             .collect()
     }
 
@@ -543,13 +546,16 @@ impl Study {
         point: &[f64],
         drawn: Option<(&Sensor, AfterFile)>,
         known: &mut Option<SolvedSection>,
-    ) -> Row {
+        stop: &dyn Fn() -> bool,
+    ) -> Option<Row> {
         let (text, point) = self.text_of(point);
-        let failed = |status, reason: String| Row {
-            point: point.clone(),
-            status,
-            reason,
-            answers: vec![Outcome::None; self.answers.len()],
+        let failed = |status, reason: String| {
+            Some(Row {
+                point: point.clone(),
+                status,
+                reason,
+                answers: vec![Outcome::None; self.answers.len()],
+            })
         };
         if let Some(link) = self.broken_link(&point) {
             return failed(
@@ -569,7 +575,7 @@ impl Study {
                 return failed(Status::Refused, format!("{key}{line}"));
             }
         };
-        let mut context = Context::new(&sensor, drawn, &point);
+        let mut context = Context::new(&sensor, drawn, &point, stop);
         context.section = known.take();
         let answers: Vec<Outcome> = self
             .answers
@@ -577,6 +583,9 @@ impl Study {
             .map(|answer| answer.evaluate(&mut context))
             .collect();
         *known = context.section.take();
+        if context.stopped {
+            return None;
+        }
         drop(context);
         let mut status = Status::Done;
         let mut reason = String::new();
@@ -591,12 +600,12 @@ impl Study {
                 reason = format!("{}: {why}", answer.name);
             }
         }
-        Row {
+        Some(Row {
             point,
             status,
             reason,
             answers,
-        }
+        })
     }
 
     /// Key of the first link without a finite value.

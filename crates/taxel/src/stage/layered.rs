@@ -9,7 +9,7 @@ use super::{Cover, PartError, PartParameter, Stage};
 use crate::drawing::{Dimension, Part, Shape, View};
 use crate::mechanics::{CoverArea, CoverLayer, LayeredCover};
 use crate::quantity::{self, Checked, PoissonRatio, PositiveLength, PositiveStress};
-use crate::summary::{Fact, fact, number, text};
+use taxel_ground::summary::{Fact, fact, number, text};
 
 /// Soft layers, the top one first; the last is bonded to the rigid board.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize, JsonSchema)]
@@ -57,7 +57,7 @@ const LINEAR_PRESSURE: f64 = 0.2;
 const LINEAR_SINKING: f64 = 0.03;
 /// Largest pitch over the thickness: cells that are farther apart see nothing between them, and
 /// the sums over wave numbers grow with the square.
-const FARTHEST_APART: f64 = 100.0;
+const FARTHEST_APART: f64 = 20.0;
 
 impl LayeredRubber {
     fn kernel(&self) -> LayeredCover {
@@ -180,14 +180,18 @@ impl Cover for LayeredRubber {
     fn sampling(&self, cell: [f64; 2], pitch: [f64; 2]) -> f64 {
         let kernel = self.kernel();
         let wave = |axis: usize, order: i32| TAU * f64::from(order) / pitch[axis];
+        // Beyond 36 over the thickness S² is below 1e-28.
+        let end = 36.0 / self.thickness();
         let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
         let term = |i: i32, j: i32| {
             let [x, y] = [wave(0, i), wave(1, j)];
+            if x.hypot(y) > end {
+                return 0.0;
+            }
             let seen = sinc(0.5 * x * cell[0]) * sinc(0.5 * y * cell[1]);
             (kernel.base_transform(x.hypot(y)) * seen).powi(2)
         };
-        // Beyond 36 over the thickness S² is below 1e-28.
-        let orders = |axis: usize| (36.0 / self.thickness() * pitch[axis] / TAU).ceil() as i32;
+        let orders = |axis: usize| (end * pitch[axis] / TAU).floor() as i32;
         let [across, up] = [orders(0), orders(1)];
         let all = (-across..=across).flat_map(|i| (-up..=up).map(move |j| (i, j)));
         let sum: f64 = all

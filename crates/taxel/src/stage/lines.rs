@@ -5,8 +5,8 @@ use serde::Deserialize;
 
 use super::{CellQuantity, Inverted, Network, OneToOne, PartError, PartParameter, Stage};
 use crate::quantity::{self, CONDUCTANCE, Checked, NonNegativeResistance, RESISTANCE};
-use crate::summary::{Fact, fact, number};
 use crate::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
+use taxel_ground::summary::{Fact, fact, number};
 
 /// How cells are joined to channels.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]

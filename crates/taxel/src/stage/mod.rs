@@ -30,7 +30,7 @@ use std::fmt;
 
 use crate::drawing::View;
 use crate::quantity::Dimension;
-use crate::summary::Fact;
+use taxel_ground::summary::Fact;
 use taxel_numerics::roots::ridders;
 
 pub use board::{Board, LinearReadout};

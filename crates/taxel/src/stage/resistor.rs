@@ -8,7 +8,7 @@ use crate::quantity::{
     self, CONDUCTANCE, Checked, ConductanceExponent, PositiveConductance, PositiveLength,
     PositiveStress,
 };
-use crate::summary::{Fact, fact, number};
+use taxel_ground::summary::{Fact, fact, number};
 
 /// A crossing whose conductance grows with the pressure on it.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]

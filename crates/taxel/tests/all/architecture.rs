@@ -41,7 +41,7 @@ const VARIANTS: [&str; 8] = [
 ];
 
 /// Folders of a single device: what they say of their own element is no arm.
-const OWN: [&str; 7] = [
+const OWN: [&str; 8] = [
     "three_axis_capacitor",
     "in_plane_capacitor",
     "piezoelectric",
@@ -49,6 +49,7 @@ const OWN: [&str; 7] = [
     "trained",
     "measured_force",
     "cells",
+    "chain",
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -16,7 +16,7 @@ use crate::information::{Information, InformationOptions, NoInformation, Unknown
 use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, FORCE, RESISTANCE};
-use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, require};
+use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, micrometres, require};
 use crate::stage::{Board, Chain, Memory, PartError, Parts};
 use crate::summary::Fact;
 
@@ -113,6 +113,16 @@ impl Device for ChainDevice<'_> {
         for stage in self.chain.stages() {
             stage.check().map_err(broken)?;
         }
+        let (area, pitch) = (self.chain.cell(0).area(), self.chain.layout.pitch);
+        require(
+            area[0] <= pitch[0] && area[1] <= pitch[1],
+            "array.pitch",
+            || {
+                let [x, y] = area.map(micrometres);
+                format!("cells of {x} x {y} overlap at this pitch")
+            },
+            "give a pitch of at least the sides of a cell",
+        )?;
         let mut names = Vec::new();
         let mut chain = self.chain.clone();
         chain.parameters(&mut |parameter, _| names.push(parameter.name));
