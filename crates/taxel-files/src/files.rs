@@ -21,7 +21,7 @@ use crate::{COMMIT, Stop, VERSION};
 const LARGEST: u64 = 1 << 28;
 
 /// A sensor with what is said of it in files.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct NamedSensor {
     /// Name of the file, or of a shipped sensor.
     pub name: String,

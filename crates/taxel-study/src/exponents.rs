@@ -20,6 +20,7 @@ const UNITS: &[(&str, [f64; 4])] = &[
     ("kg", [0.0, 1.0, 0.0, 0.0]),
     ("c", [0.0, 0.0, 1.0, 1.0]),
     ("ohm", [2.0, 1.0, -3.0, -2.0]),
+    ("siemens", [-2.0, -1.0, 3.0, 2.0]),
     ("v", [2.0, 1.0, -3.0, -1.0]),
     ("j", [2.0, 1.0, -2.0, 0.0]),
     ("rad", [0.0; 4]),
@@ -52,7 +53,11 @@ impl Exponents {
 
     /// Of a dimension of files.
     pub fn of(dimension: &Dimension) -> Self {
-        let key = dimension.si.to_lowercase();
+        // In small letters the siemens would be a second.
+        let key = match dimension.si {
+            "S" => String::from("siemens"),
+            si => si.to_lowercase(),
+        };
         let key = key.replace('/', "_per_").replace(' ', "_");
         // Every unit of files is made of those above.
         Self::of_key(&key).unwrap_or(NONE)

@@ -9,7 +9,8 @@ use crate::layout::Layout;
 /// # Example: from a pressure to a conductance to a voltage
 /// ```
 /// let sensor = taxel::sensor::Sensor::shipped("resistive-mat-8x8").unwrap();
-/// let chain = sensor.cells().unwrap().chain();
+/// let device = sensor.cells().unwrap();
+/// let chain = device.chain();
 /// let mut pressures = vec![0.0; 64];
 /// pressures[27] = 50e3; // Pa
 /// let response = chain.respond(&pressures);

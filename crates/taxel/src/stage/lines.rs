@@ -124,7 +124,7 @@ impl Network for Lines {
             Wiring::ZeroPotential { .. } => CellQuantity {
                 name: "conductance",
                 dimension: Some(&CONDUCTANCE),
-                unit: ("uS", 1e-6, "s"),
+                unit: ("uS", 1e-6, "siemens"),
             },
         }
     }

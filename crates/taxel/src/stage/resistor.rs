@@ -45,7 +45,7 @@ pub struct Conductance {
 }
 
 /// Conductances in the unit for people.
-const MICROSIEMENS: (&str, f64, &str) = ("uS", 1e-6, "s");
+const MICROSIEMENS: (&str, f64, &str) = ("uS", 1e-6, "siemens");
 
 impl Stage for Resistor {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
