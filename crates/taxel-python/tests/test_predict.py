@@ -22,6 +22,7 @@ LOADS = {
     "piezoelectric": [("force_z", 0.0, 2.0)],
     "microchannel": [("pressure", 0.0, 40e3)],
     "measured_force": [("force_z", -1.0, 5.0)],
+    "cells": [("force_z", 0.0, 5.0)],
 }
 
 
