@@ -92,7 +92,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Signals of all readings; cells that are read at one pressure are computed once.
+    /// Signals of all readings, each with its cell pressed alone.
     fn predict(&self, at: &[f64]) -> Vec<f64> {
         let mut chain = self.chain.clone();
         chain.parameters(&mut |parameter, value| {

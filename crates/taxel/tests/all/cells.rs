@@ -232,6 +232,31 @@ fn a_dead_crossing_is_faulty_and_what_shares_its_lines_says_so() {
     }
 }
 
+/// A conductance at the end of the range is a pressed cell; a resistance there is an open line.
+#[test]
+fn a_reading_at_the_end_bounds_the_pressure_only_where_a_press_leads_there() {
+    for (sensor, column) in networks() {
+        let device = sensor.cells().unwrap();
+        let chain = device.chain();
+        let mut session = session(&sensor);
+        let mut at_end = frame(chain, &[0.0; 64], 0, &mut Noise::seeded(4));
+        at_end.values[26] = chain.last.scale().ends[1];
+        session.push(&at_end).unwrap();
+        let taxel = session.estimator().touch().taxels[26];
+        assert_eq!(taxel.state, State::Saturated, "{column}");
+        let bounded = taxel.pressed() == chain.full_scale;
+        let falls = column.starts_with("float");
+        assert!(
+            if falls {
+                taxel.pressed().is_nan()
+            } else {
+                bounded
+            },
+            "{column}: {taxel:?}"
+        );
+    }
+}
+
 #[test]
 fn mistakes_are_shown_at_their_key() {
     let text = Sensor::shipped_text("resistive-mat-8x8").unwrap();

@@ -38,6 +38,8 @@ pub struct ChainReader {
     noise: Vec<f64>,
     /// Distance between the signals at rest and at full scale of each channel.
     range: Vec<f64>,
+    /// True if signals fall under pressure.
+    falls: bool,
     /// Pressure per value of each cell, of the taxels that count.
     weights: Vec<f64>,
     /// Over the total force, the deviation of what the cells cannot see of it.
@@ -67,6 +69,7 @@ impl ChainReader {
             .zip(&at_full)
             .map(|(a, b)| (a - b).abs())
             .collect();
+        let falls = at_full.iter().sum::<f64>() < rest.iter().sum::<f64>();
         let [at_zero, gain] = chain.readout.line();
         let last = chain.last.scale();
         let scale = NumberScale {
@@ -104,6 +107,7 @@ impl ChainReader {
             shared: vec![0.0; made.len()],
             own: vec![0.0; count],
             made,
+            falls,
             range,
             scale,
             sampling,
@@ -186,6 +190,8 @@ impl ChainReader {
         match state {
             ChannelState::Masked => TaxelTouch::without_value(State::Masked),
             ChannelState::Faulty => TaxelTouch::without_value(State::Faulty),
+            // A signal that falls under pressure is at its high end where nothing presses.
+            ChannelState::Saturated if self.falls => TaxelTouch::without_value(State::Saturated),
             ChannelState::Saturated => TaxelTouch::pressing(largest, f64::NAN, State::Saturated),
             _ if !self.found.converged => TaxelTouch::without_value(State::NotConverged),
             _ if value.is_nan() => TaxelTouch::without_value(State::Inconsistent),
