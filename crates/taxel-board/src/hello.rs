@@ -14,6 +14,9 @@ use crate::check::CheckKind;
 use crate::names;
 use crate::wire::{self, HEADER, HELLO, from_cobs, to_cobs};
 
+/// What a board of taxel-wire-1 is asked for its hello.
+pub const HELLO_QUESTION: &[u8] = b"?";
+
 /// Finds the first hello in a stream of bytes; holds no more than one packet of the longest
 /// length.
 #[derive(Debug, Clone, Default)]
@@ -180,38 +183,8 @@ impl Board {
     }
 
     fn hello_json(&self) -> Option<String> {
-        let Format::Packet(layout) = &self.format else {
-            return None;
-        };
-        let mut fields: Vec<&PlacedField> = layout.fields.iter().collect();
-        fields.sort_by_key(|field| field.bit);
         let mut said: Vec<(String, Vec<&str>)> = Vec::new();
-        let mut end = 8 * HEADER;
-        for field in fields.into_iter().filter(|field| field.bit >= 8 * HEADER) {
-            if field.bit > end && !field.kind.is_bits() {
-                let bytes = (field.bit - end) / 8;
-                said.push((format!("\"is\":\"skip\",\"bytes\":{bytes}"), Vec::new()));
-            }
-            end = field.bit + field.kind.bits();
-            let (about, name) = match &field.role {
-                Role::Value(place, conversion) => {
-                    let value = self.values.get(*place)?;
-                    (
-                        about(field, conversion, &value.unit),
-                        Some(value.name.as_str()),
-                    )
-                }
-                Role::Status(status) => {
-                    let good = format!("{:?}", status.good);
-                    let kind = field.kind;
-                    (
-                        format!("\"is\":\"status\",\"type\":\"{kind}\",\"good\":{good}"),
-                        None,
-                    )
-                }
-                // A frame of taxel-wire-1 has all others before its values.
-                _ => return None,
-            };
+        for (about, name) in self.said()? {
             match (said.last_mut(), name) {
                 (Some((last, names)), Some(name)) if *last == about && !names.is_empty() => {
                     names.push(name);
@@ -236,6 +209,70 @@ impl Board {
         Some(format!(
             "{{\"name\":{name},{rate}\"fields\":[{}]}}",
             fields.join(",")
+        ))
+    }
+
+    /// What a hello says of each field, and its name where it is a value; `None` where a hello
+    /// cannot say what a frame holds.
+    fn said(&self) -> Option<Vec<(String, Option<&str>)>> {
+        let Format::Packet(layout) = &self.format else {
+            return None;
+        };
+        let mut fields: Vec<&PlacedField> = layout.fields.iter().collect();
+        fields.sort_by_key(|field| field.bit);
+        let mut said = Vec::new();
+        let mut end = 8 * HEADER;
+        for field in fields.into_iter().filter(|field| field.bit >= 8 * HEADER) {
+            if field.bit > end && !field.kind.is_bits() {
+                let bytes = (field.bit - end) / 8;
+                said.push((format!("\"is\":\"skip\",\"bytes\":{bytes}"), None));
+            }
+            end = field.bit + field.kind.bits();
+            said.push(match &field.role {
+                Role::Value(place, conversion) => {
+                    let value = self.values.get(*place)?;
+                    let about = about(field, conversion, &value.unit);
+                    (about, Some(value.name.as_str()))
+                }
+                Role::Status(status) => {
+                    let good = format!("{:?}", status.good);
+                    let kind = field.kind;
+                    let about = format!("\"is\":\"status\",\"type\":\"{kind}\",\"good\":{good}");
+                    (about, None)
+                }
+                // A frame of taxel-wire-1 has all others before its values.
+                _ => return None,
+            });
+        }
+        Some(said)
+    }
+
+    /// What a hello says that is not what frames of this board hold: nothing where they agree,
+    /// whatever name, firmware and rate it says.
+    pub(crate) fn differs_from(&self, hello: &str) -> Option<String> {
+        let board = match board_file_of_hello(hello) {
+            Ok(text) => Board::parse("hello of the board", &text).map_err(|error| error.message),
+            Err(message) => Err(message),
+        };
+        let board = match board {
+            Ok(board) => board,
+            Err(message) => return Some(format!("its new hello cannot be read: {message}")),
+        };
+        let (before, now) = (self.said()?, board.said()?);
+        if before.len() != now.len() {
+            let [before, now] = [self, &board].map(|board| board.values.len());
+            return Some(format!("its frames hold {now} values, before {before}"));
+        }
+        let shown = |(about, name): &(String, Option<&str>)| match name {
+            Some(name) => format!("{name} {{{}}}", about.replace('"', "")),
+            None => format!("{{{}}}", about.replace('"', "")),
+        };
+        let mut pairs = before.iter().zip(&now);
+        let (before, now) = pairs.find(|(before, now)| before != now)?;
+        Some(format!(
+            "its frames hold {}, before {}",
+            shown(now),
+            shown(before)
         ))
     }
 }

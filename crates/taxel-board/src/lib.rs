@@ -34,7 +34,7 @@ pub use board::{
 };
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};
-pub use hello::{HelloFinder, board_file_of_hello, hello_of_channels};
+pub use hello::{HELLO_QUESTION, HelloFinder, board_file_of_hello, hello_of_channels};
 pub use pattern::{BytePattern, Sent};
 pub use wire::{Begin, Counts, Decoder, Encoder};
 pub use wiring::{Mismatch, Wiring};

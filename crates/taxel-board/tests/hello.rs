@@ -130,6 +130,167 @@ fn a_hello_of_any_number_of_channels() -> Outcome {
     Ok(())
 }
 
+/// The hello of two axes with these fields.
+fn axes(about: &str, fields: &str) -> String {
+    format!(r#"{{{about}"fields":[{fields}]}}"#)
+}
+
+/// A board of two axes, its first hello, and five frames of it.
+fn begun(first: &str) -> Result<(Board, Decoder), Box<dyn Error>> {
+    let board = said(first)?;
+    let mut decoder = Decoder::new(&board, Begin::Whole);
+    decoder.push(&board.hello().ok_or("no hello")?, None);
+    decoder.push(&frames(&board, 0..5), None);
+    assert_eq!(std::iter::from_fn(|| decoder.next()).count(), 5);
+    Ok((board, decoder))
+}
+
+/// The bytes of frames of `board` with these numbers, its values being 1, 2, …
+fn frames(board: &Board, numbers: std::ops::Range<u64>) -> Vec<u8> {
+    let mut encoder = Encoder::new(board);
+    let mut bytes = Vec::new();
+    for sequence in numbers {
+        let values = (1..=board.values().len()).map(|value| value as f64);
+        let frame = Frame {
+            sequence,
+            time_ns: sequence * 10_000_000,
+            values: values.collect(),
+            ..Frame::default()
+        };
+        encoder.encode(&frame, &mut bytes);
+    }
+    bytes
+}
+
+const XZ: &str = r#"{"is":"value","name":"f.{x,z}","type":"i16","scale":0.01,"unit":"N"}"#;
+
+#[test]
+fn frames_of_another_meaning_are_not_read() -> Outcome {
+    let first = axes(r#""name":"a","#, XZ);
+    for (fields, difference) in [
+        (XZ.replace("0.01", "1.0"), "scale"),
+        (XZ.replace("{x,z}", "{z,x}"), "f.z"),
+        (XZ.replace("i16", "u16"), "u16"),
+        (XZ.replace("i16", "f32"), "f32"),
+        (XZ.replace(r#""N""#, r#""mN""#), "mN"),
+        (XZ.replace("{x,z}", "{x,y,z}"), "3 values, before 2"),
+        (XZ.replace("{x,z}", "{x,y}"), "f.y"),
+        (XZ.replace(r#""unit""#, r#""offset":1.0,"unit""#), "offset"),
+        (XZ.replace(r#""unit""#, r#""order":"big","unit""#), "order"),
+        (format!(r#"{{"is":"skip","bytes":1}},{XZ}"#), ""),
+        ("{}".into(), "cannot be read"),
+    ] {
+        // In the same connection, and after the next one.
+        for reconnects in [false, true] {
+            let (_, mut decoder) = begun(&first)?;
+            let other = axes(r#""name":"a","#, &fields);
+            let mut wire = hello_packet(&other);
+            if let Ok(board) = said(&other) {
+                wire.extend(frames(&board, 5..9));
+            }
+            if reconnects {
+                decoder.reconnect(Begin::Cut);
+            }
+            decoder.push(&wire, None);
+            assert_eq!(decoder.next(), None, "{other}");
+            let changed = decoder.changed().ok_or("nothing said")?;
+            assert!(changed.contains(difference), "{other}: {changed}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn another_name_firmware_or_rate_is_the_same_board() -> Outcome {
+    let first = axes(r#""name":"a","#, XZ);
+    for about in [
+        r#""name":"b","#,
+        r#""name":"a","firmware":"2","#,
+        r#""name":"a","rate":"50 Hz","#,
+    ] {
+        let (board, mut decoder) = begun(&first)?;
+        decoder.push(&hello_packet(&axes(about, XZ)), None);
+        decoder.push(&frames(&board, 5..9), None);
+        assert_eq!(std::iter::from_fn(|| decoder.next()).count(), 4);
+        assert_eq!(decoder.changed(), None);
+    }
+    Ok(())
+}
+
+#[test]
+fn after_a_new_connection_the_hello_comes_first() -> Outcome {
+    let (board, mut decoder) = begun(&axes(r#""name":"a","#, XZ))?;
+    assert!(!decoder.awaits_hello());
+    decoder.reconnect(Begin::Whole);
+    decoder.push(&frames(&board, 0..3), None);
+    assert_eq!(decoder.next(), None);
+    assert!(decoder.awaits_hello());
+    decoder.push(&board.hello().ok_or("no hello")?, None);
+    assert!(!decoder.awaits_hello());
+    decoder.push(&frames(&board, 3..6), None);
+    assert_eq!(std::iter::from_fn(|| decoder.next()).count(), 3);
+    Ok(())
+}
+
+#[test]
+fn a_board_that_never_said_hello_is_read_as_its_file_says() -> Outcome {
+    let board = said(&axes(r#""name":"a","#, XZ))?;
+    let mut decoder = Decoder::new(&board, Begin::Whole);
+    decoder.push(&frames(&board, 0..3), None);
+    decoder.reconnect(Begin::Whole);
+    decoder.push(&frames(&board, 0..3), None);
+    assert_eq!(std::iter::from_fn(|| decoder.next()).count(), 6);
+    assert!(!decoder.awaits_hello());
+    // A hello that comes late and says something else.
+    let other = axes(r#""name":"a","#, &XZ.replace("0.01", "1.0"));
+    decoder.push(&hello_packet(&other), None);
+    assert!(decoder.changed().is_some());
+    Ok(())
+}
+
+/// A restart of the board without a new connection: as over UDP.
+#[test]
+fn a_board_that_begins_anew_is_asked_again() -> Outcome {
+    let (board, mut decoder) = begun(&axes(r#""name":"a","#, XZ))?;
+    decoder.push(&frames(&board, 5..500), None);
+    decoder.push(&frames(&board, 0..10), None);
+    while decoder.next().is_some() {}
+    assert_eq!(decoder.counts().restarts, 1);
+    assert!(decoder.awaits_hello());
+    decoder.push(&board.hello().ok_or("no hello")?, None);
+    assert!(!decoder.awaits_hello());
+    Ok(())
+}
+
+/// The packet of a hello with this JSON.
+fn hello_packet(json: &str) -> Vec<u8> {
+    let mut packet = vec![2];
+    packet.resize(14, 0);
+    packet.extend_from_slice(json.as_bytes());
+    let mut check = u32::MAX;
+    for byte in &packet {
+        check ^= u32::from(*byte);
+        for _ in 0..8 {
+            check = check >> 1 ^ 0xedb8_8320 & (check & 1).wrapping_neg();
+        }
+    }
+    packet.extend_from_slice(&(!check).to_le_bytes());
+    let (mut wire, mut run) = (Vec::new(), Vec::new());
+    for byte in packet {
+        if byte != 0 {
+            run.push(byte);
+        }
+        if byte == 0 || run.len() == 254 {
+            wire.push(run.len() as u8 + 1);
+            wire.append(&mut run);
+        }
+    }
+    wire.push(run.len() as u8 + 1);
+    wire.append(&mut run);
+    wire.push(0);
+    wire
+}
+
 proptest! {
     #[test]
     fn any_hello_is_read_or_refused(text in "\\PC{0,200}", bytes in prop::collection::vec(any::<u8>(), 0..600)) {
@@ -154,7 +315,10 @@ fn arduino_header_writes_taxel_wire_1() -> Outcome {
         .split(' ')
         .filter_map(|byte| u8::from_str_radix(byte, 16).ok())
         .collect();
-    assert!(wire.windows(vector.len()).any(|bytes| bytes == vector));
+    let mut windows = wire.windows(vector.len());
+    let behind_hello = windows
+        .position(|bytes| bytes == vector)
+        .ok_or("no frame")?;
     let hello = HelloFinder::default().push(&wire).ok_or("no hello")?;
     let board = said(&hello)?;
     assert_eq!(board.names().collect::<Vec<_>>(), ["c1", "c2", "c3"]);
@@ -167,7 +331,7 @@ fn arduino_header_writes_taxel_wire_1() -> Outcome {
     // A long frame, with more than 254 bytes without a zero.
     let long = r#"{"name":"long","fields":[{"is":"value","name":"c1..c150","type":"i32"}]}"#;
     let mut decoder = Decoder::new(&said(long)?, Begin::Whole);
-    decoder.push(&wire, None);
+    decoder.push(&wire[behind_hello..], None);
     let frame = decoder.next().ok_or("no long frame")?;
     let expected: Vec<f64> = (0..150)
         .map(|n| f64::from(0x0101_0101 * (n % 100 + 1)))

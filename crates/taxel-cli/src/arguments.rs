@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use taxel::quantity::LENGTH;
-use taxel_serve::TouchTable;
+use taxel_serve::{TouchTable, WhenRecordingFails};
 
 use crate::outputs::Existing;
 
@@ -594,9 +594,21 @@ pub(crate) struct RecordOptions {
     /// it was made with; whatever ends the program, no more than the last 100 ms are lost
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// End the run if the recording fails; without it the measurement goes on
-    #[arg(long, requires = "record")]
+    /// End the run if the recording, or the file of --save, --events or --out, fails; without it
+    /// the measurement goes on
+    #[arg(long)]
     pub(crate) record_or_stop: bool,
+}
+
+impl RecordOptions {
+    /// What becomes of the run when one of its files fails.
+    pub(crate) fn when_failing(&self) -> WhenRecordingFails {
+        if self.record_or_stop {
+            WhenRecordingFails::Stop
+        } else {
+            WhenRecordingFails::GoOn
+        }
+    }
 }
 
 #[derive(Debug, Args)]

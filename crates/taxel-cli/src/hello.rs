@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use taxel::acquisition::Stream;
-use taxel_board::{Board, HelloFinder, board_file_of_hello, hello_of_channels};
+use taxel_board::{Board, HELLO_QUESTION, HelloFinder, board_file_of_hello, hello_of_channels};
 use taxel_serve::link::{Heard, LinkAddress, LinkError, Reconnect};
 use taxel_serve::serial_settings;
 
@@ -16,8 +16,6 @@ use crate::boards::{self, NamedBoard};
 
 /// The shipped board that is asked where none is named.
 const WIRE: &str = "taxel-wire-1";
-/// What a board is asked for its hello.
-const QUESTION: &[u8] = b"?";
 /// Longest wait for a hello: it comes once a second until it is asked for.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Time between attempts to open a link.
@@ -130,7 +128,7 @@ fn listen(board: &Board, address: &LinkAddress) -> Result<(Option<String>, Heard
         address.clone(),
         serial_settings(board),
         &tell,
-        QUESTION,
+        HELLO_QUESTION,
         PATIENCE,
         &mut found,
     )?;

@@ -6,7 +6,7 @@ use taxel_files::{COMMIT, VERSION};
 use taxel_recording::described_stream;
 use taxel_recording::export::ExportMeaning;
 use taxel_recording::mcap::{Attachment, Findings, Metadata};
-use taxel_serve::{RecordFile, RecordTo, WhenRecordingFails};
+use taxel_serve::{RecordFile, RecordTo};
 
 use crate::arguments::Live;
 use crate::files;
@@ -169,11 +169,7 @@ impl RunFiles {
             library: library(),
             attachments,
             metadata: vec![metadata],
-            when_failing: if arguments.recording.record_or_stop {
-                WhenRecordingFails::Stop
-            } else {
-                WhenRecordingFails::GoOn
-            },
+            when_failing: arguments.recording.when_failing(),
             told: |message| note!("warning: {message}"),
         })))
     }

@@ -1,7 +1,9 @@
 //! Boards as the links and the virtual device take them.
 
 use taxel::acquisition::Frame;
-use taxel_board::{Begin, Board, Counts, Decoder, Encoder, Poll as BoardPoll, Sent, Usb, UsbName};
+use taxel_board::{
+    Begin, Board, Counts, Decoder, Encoder, HELLO_QUESTION, Poll as BoardPoll, Sent, Usb, UsbName,
+};
 
 use crate::device::Encode;
 use crate::link::{Decode, Greeting, LinkAddress, Poll, SerialSettings, UsbMatch, WireCounts};
@@ -59,6 +61,18 @@ impl Decode for BoardDecoder {
 
     fn reconnected(&mut self) {
         self.decoder.reconnect(self.begin);
+    }
+
+    fn question(&self) -> &[u8] {
+        if self.decoder.awaits_hello() {
+            HELLO_QUESTION
+        } else {
+            &[]
+        }
+    }
+
+    fn changed(&self) -> Option<&str> {
+        self.decoder.changed()
     }
 
     fn counts(&self) -> WireCounts {

@@ -10,7 +10,7 @@ use taxel::shown;
 use taxel_board::{Begin, Board, Decoder};
 
 use crate::board::wire_counts;
-use crate::link::{LinkHandle, LinkState};
+use crate::link::{LinkError, LinkHandle, LinkState};
 use crate::source::{Next, Source, SourceError, reader};
 
 /// Bytes that are decoded at a time: the counts of the wire are hardly ahead of the frame that
@@ -98,6 +98,13 @@ impl Source for CaptureSource {
             if let Some(frame) = self.decoder.next() {
                 self.change(LinkState::InStep, "");
                 return Ok(Next::Frame(frame));
+            }
+            if let Some(difference) = self.decoder.changed() {
+                return Err(LinkError::Changed {
+                    name: shown::path(&self.path),
+                    difference: difference.to_owned(),
+                }
+                .into());
             }
             if self.read {
                 self.change(LinkState::Ended, "the file is over");

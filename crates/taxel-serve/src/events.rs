@@ -349,7 +349,7 @@ pub struct EventSummary {
 }
 
 /// Takes the events of a run.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Events {
     units: [&'static str; 2],
     next: u64,
@@ -368,15 +368,18 @@ impl Events {
         }
     }
 
+    /// Takes all of `events`; a file that fails is closed.
     pub(crate) fn push(
         &mut self,
         events: &[TouchEvent],
         log: &dyn Fn(&EventRecord),
     ) -> Result<(), SaveError> {
+        let mut written = Ok(());
         for event in events {
-            self.take(EventRecord::new(self.next, event, self.units), log)?;
+            let taken = self.take(EventRecord::new(self.next, event, self.units), log);
+            written = written.and(taken);
         }
-        Ok(())
+        written
     }
 
     /// Notes `text` at a device time, ns.
@@ -393,14 +396,19 @@ impl Events {
         self.next += 1;
         *self.summary.counts.entry(record.kind).or_default() += 1;
         log(&record);
-        if let Some(writer) = &self.writer {
-            writer.push(&record)?;
-        }
+        let written = self.writer.as_ref().map(|writer| writer.push(&record));
         if self.summary.last.len() == REPORTED {
             self.summary.last.pop_front();
         }
         self.summary.last.push_back(record);
-        Ok(())
+        match (written, self.writer.take()) {
+            // Its end says why.
+            (Some(Err(error)), Some(writer)) => writer.finish().and(Err(error)),
+            (_, writer) => {
+                self.writer = writer;
+                Ok(())
+            }
+        }
     }
 
     pub(crate) fn finish(self) -> (EventSummary, Result<(), SaveError>) {

@@ -58,6 +58,10 @@ pub struct PumpOptions {
     /// True if `save`, `events`, `table`, `outputs` and `record` may replace ordinary files that exist;
     /// default false.
     pub replace_files: bool,
+    /// What becomes of the run when `save`, `events` or `outputs` fail: by default it goes on.
+    pub when_failing: WhenRecordingFails,
+    /// Hears of such a failure at once.
+    pub told: fn(&str),
     /// Lines of provenance for the saved file.
     pub provenance: Vec<String>,
 }
@@ -76,6 +80,8 @@ impl Default for PumpOptions {
             outputs: Vec::new(),
             table: None,
             replace_files: false,
+            when_failing: WhenRecordingFails::GoOn,
+            told: |_| (),
             provenance: Vec::new(),
         }
     }
@@ -259,6 +265,8 @@ pub struct Summary {
     pub recording: Option<RecordingSummary>,
     /// What the outputs have written.
     pub outputs: Vec<LineSummary>,
+    /// Files that failed before the end of the run, and why.
+    pub failed_files: Vec<String>,
     /// The link at the end, of a source that reads one.
     pub link: Option<LinkStatus>,
     /// Why the source failed, if it did.
@@ -303,6 +311,9 @@ pub(crate) struct Pump {
     /// What was said last of the description of the board.
     remark: String,
     outputs: Vec<Lines>,
+    failed_files: Vec<String>,
+    /// Why the run is to end.
+    ending: Option<Failure>,
     recent: VecDeque<Instant>,
     first: Option<Instant>,
     last: Option<LastTouch>,
@@ -330,16 +341,30 @@ fn outputs(
 ) -> Result<Vec<Lines>, SaveError> {
     let start = |output: &LineOutput| {
         let ending = Arc::clone(shared);
+        let (told, when_failing) = (options.told, options.when_failing);
         Lines::start(
             output,
             options.replace_files,
             session.meaning(),
             shared.link.get().cloned(),
             shared.messages.subscribe(),
-            Arc::new(move || ending.stop.store(true, Ordering::Relaxed)),
+            Arc::new(move |failure| {
+                match failure {
+                    Some(failure) if when_failing == WhenRecordingFails::GoOn => {
+                        told(&going_on(failure));
+                    }
+                    // Its reader has gone, or it was to end the run.
+                    _ => ending.stop.store(true, Ordering::Relaxed),
+                }
+            }),
         )
     };
     options.outputs.iter().map(start).collect()
+}
+
+/// What is said of a file that fails while the run goes on.
+fn going_on(error: &SaveError) -> String {
+    format!("{error}; what came before is in it, the measurement goes on")
 }
 
 /// Device time against host time.
@@ -469,6 +494,8 @@ impl Pump {
             first: None,
             last: None,
             clock,
+            failed_files: Vec::new(),
+            ending: None,
             saver,
             table,
             recorder,
@@ -503,27 +530,33 @@ impl Pump {
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
         {
-            failure.get_or_insert(error.into());
+            self.file_failed(error);
         }
         if let Some(table) = self.table.take()
             && let Err(error) = table.finish()
         {
             failure.get_or_insert(error.into());
         }
-        let (events, written) = self.events.finish();
+        let (events, written) = std::mem::take(&mut self.events).finish();
         if let Err(error) = written {
-            failure.get_or_insert(error.into());
+            self.file_failed(error);
         }
         // An error means that nobody listens any more.
         let _ = self.shared.messages.send(Outgoing::end());
         let mut outputs = Vec::new();
-        for output in self.outputs {
+        for output in std::mem::take(&mut self.outputs) {
             let (summary, written) = output.finish();
             outputs.push(summary);
-            if let Err(error) = written {
-                failure.get_or_insert(error.into());
+            match written {
+                // It was told when it failed.
+                Err(error) if self.options.when_failing == WhenRecordingFails::GoOn => {
+                    self.failed_files.push(going_on(&error));
+                }
+                Err(error) => self.file_failed(error),
+                Ok(()) => {}
             }
         }
+        failure = failure.or(self.ending.take());
         if let Some(failure) = &failure {
             self.shared.status().notice = failure.to_string();
         }
@@ -550,6 +583,7 @@ impl Pump {
             last: self.last,
             recording: recording.filter(|recording| !recording.path.as_os_str().is_empty()),
             outputs,
+            failed_files: self.failed_files,
             link,
             failure,
         }
@@ -587,6 +621,9 @@ impl Pump {
 
     fn frames(&mut self) -> Result<(), Failure> {
         while !self.done() {
+            if let Some(failure) = self.ending.take() {
+                return Err(failure);
+            }
             let next = self.source.next()?;
             match next {
                 Next::End => break,
@@ -688,8 +725,7 @@ impl Pump {
             shared.events().push(event);
         });
         if let Err(error) = noted {
-            // The next event meets the same failure and ends the run.
-            self.shared.status().notice = error.to_string();
+            self.file_failed(error);
         }
     }
 
@@ -719,13 +755,15 @@ impl Pump {
         let arrival = arrived.unwrap_or_else(Instant::now);
         if !self.continuity.accept(&frame) {
             self.shared.status().last_arrival = arrival;
-            return self.save(frame);
+            self.save(frame);
+            return Ok(());
         }
         if self.session.repeats(&frame) {
             // Nothing new has arrived: the source counts as silent.
             self.continuity.repeat();
             self.tell_condition(frame.time_ns);
-            return self.save(frame);
+            self.save(frame);
+            return Ok(());
         }
         self.shared.status().last_arrival = arrival;
         if let Some(advice) = self.moved_rest.push(&frame.values) {
@@ -764,12 +802,15 @@ impl Pump {
         if let Some(recorder) = recorder {
             recorder.touch(touch_message(touch, self.components));
         }
-        self.events.push(observed.events, &|event| {
+        let written = self.events.push(observed.events, &|event| {
             shared.events().push(event);
             if let Some(recorder) = recorder {
                 recorder.event(event_message(event));
             }
-        })?;
+        });
+        if let Err(error) = written {
+            self.file_failed(error);
+        }
         if let Some(table) = &mut self.table {
             table.push(&self.session)?;
         }
@@ -782,7 +823,8 @@ impl Pump {
         }
         self.tare_owed(frame.time_ns);
         self.tell_condition(frame.time_ns);
-        self.save(frame)
+        self.save(frame);
+        Ok(())
     }
 
     /// Shows the operator what should be changed in the description of the board.
@@ -818,11 +860,26 @@ impl Pump {
         self.shared.status().below_zero = None;
     }
 
-    fn save(&mut self, frame: Frame) -> Result<(), Failure> {
-        match &self.saver {
-            Some(saver) => Ok(saver.push(frame)?),
-            None => Ok(()),
+    fn save(&mut self, frame: Frame) {
+        let Some(saver) = self.saver.take() else {
+            return;
+        };
+        match saver.push(frame) {
+            Ok(saver) => self.saver = Some(saver),
+            Err(error) => self.file_failed(error),
         }
+    }
+
+    /// A file of the run has failed: the measurement goes on without it, unless it was to end.
+    fn file_failed(&mut self, error: SaveError) {
+        if self.options.when_failing == WhenRecordingFails::Stop {
+            self.ending = Some(error.into());
+            return;
+        }
+        let message = going_on(&error);
+        (self.options.told)(&message);
+        self.shared.status().notice.clone_from(&message);
+        self.failed_files.push(message);
     }
 
     fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: Option<u64>) {

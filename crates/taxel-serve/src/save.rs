@@ -11,8 +11,8 @@ use taxel::acquisition::{Frame, Stream};
 use taxel::shown;
 use taxel_recording::ChannelWriter;
 
-/// Frames that may wait for the disk; then a source that waits does, and the run of a device is
-/// ended with an error.
+/// Frames that may wait for the disk; then a source that waits does, and the file of a device
+/// ends.
 const WAITING: usize = 1 << 14;
 
 /// Lines are written out after this time, so that no more than 100 ms are lost with the
@@ -134,20 +134,28 @@ impl Saver {
         })
     }
 
-    pub(crate) fn push(&self, frame: Frame) -> Result<(), SaveError> {
+    /// Takes a frame; the saver itself again while it can take another.
+    pub(crate) fn push(self, frame: Frame) -> Result<Self, SaveError> {
         let sent = match self.pace {
             Pace::Device => self.frames.try_send(frame),
             Pace::Waits => self.frames.send(frame).map_err(Into::into),
         };
-        sent.map_err(|error| {
-            let message = match error {
-                mpsc::TrySendError::Full(_) => "the disk cannot keep up; frames would be lost",
-                mpsc::TrySendError::Disconnected(_) => "writing failed; is the disk full?",
-            };
-            SaveError::Write {
-                path: self.path.clone(),
-                message: message.into(),
+        let message = match sent {
+            Ok(()) => return Ok(self),
+            Err(mpsc::TrySendError::Full(_)) => "the disk cannot keep up; frames would be lost",
+            // The end of its thread says why.
+            Err(mpsc::TrySendError::Disconnected(_)) => {
+                let path = self.path.clone();
+                self.finish()?;
+                return Err(SaveError::Write {
+                    path,
+                    message: "writing ended unexpectedly".into(),
+                });
             }
+        };
+        Err(SaveError::Write {
+            path: self.path,
+            message: message.into(),
         })
     }
 

@@ -99,6 +99,14 @@ impl Cutter {
         }
     }
 
+    /// What the last candidate, which holds no reading, says that frames hold.
+    pub(super) fn hello(&self) -> Option<String> {
+        match &self.framing {
+            Framing::Cobs(cobs) if cobs.hello => taxel_wire::hello(&self.scratch),
+            _ => None,
+        }
+    }
+
     /// Bytes of the last candidate, where it is a packet with the marks and the check of a
     /// frame and another length; and those that the fields have.
     pub(super) fn other_length(&self, bytes: &[u8]) -> Option<[usize; 2]> {

@@ -73,6 +73,24 @@ pub struct Decoder {
     last_host_ns: Option<u64>,
     other_lines: VecDeque<String>,
     remarks: Remarks,
+    /// The board, if it says what its frames hold.
+    said: Option<Board>,
+    hello: Hello,
+}
+
+/// What is known of the hello of a board that says one.
+#[derive(Debug, Clone, PartialEq)]
+enum Hello {
+    /// None has come: the frames hold what the board file says.
+    NotHeard,
+    /// It agrees.
+    Agrees,
+    /// It agreed before the board began anew: the board is asked again.
+    Asked,
+    /// It agreed before the board was connected again: no frame is read before it comes.
+    Due,
+    /// It says something else: no frame is read any more.
+    Changed(String),
 }
 
 /// A frame before it has its number.
@@ -142,6 +160,8 @@ impl Decoder {
             last_host_ns: None,
             other_lines: VecDeque::new(),
             remarks: Remarks::new(board),
+            said: board.says_hello().then(|| board.clone()),
+            hello: Hello::NotHeard,
         }
     }
 
@@ -204,6 +224,32 @@ impl Decoder {
         self.remarks.reconnect();
         self.restarted = true;
         self.last_host_ns = None;
+        if matches!(self.hello, Hello::Agrees | Hello::Asked) {
+            self.hello = Hello::Due;
+        }
+    }
+
+    /// What the board says now that its frames hold, where that is not what they are read as:
+    /// nothing is read any more.
+    pub fn changed(&self) -> Option<&str> {
+        match &self.hello {
+            Hello::Changed(difference) => Some(difference),
+            _ => None,
+        }
+    }
+
+    /// True if the board should be asked for its hello ([`crate::HELLO_QUESTION`]): after a new
+    /// connection, where no frame is read before it has come, and after a restart of the board.
+    pub fn awaits_hello(&self) -> bool {
+        matches!(self.hello, Hello::Asked | Hello::Due)
+    }
+
+    fn take_hello(&mut self, hello: &str) {
+        let Some(board) = &self.said else { return };
+        self.hello = match board.differs_from(hello) {
+            None => Hello::Agrees,
+            Some(difference) => Hello::Changed(difference),
+        };
     }
 
     /// What came and what did not, so far.
@@ -263,7 +309,7 @@ impl Decoder {
     }
 
     fn look_for_packets(&mut self, last: bool) {
-        loop {
+        while self.changed().is_none() {
             let (before, bytes) = self.buffer.split_at(self.start);
             let around = Around {
                 bytes,
@@ -285,6 +331,10 @@ impl Decoder {
                     self.counts.other += 1;
                     let bytes = &self.buffer[self.start..][..length];
                     let text = self.cutter.text(bytes);
+                    if let Some(hello) = self.cutter.hello() {
+                        self.take_hello(&hello);
+                    }
+                    let bytes = &self.buffer[self.start..][..length];
                     self.remarks.other_length(self.cutter.other_length(bytes));
                     if let Some(text) = text {
                         self.keep(&text);
@@ -296,6 +346,11 @@ impl Decoder {
                     self.end_stretch();
                     self.start += bytes;
                     self.since_packet = Some(0);
+                    if self.hello == Hello::Due {
+                        // It may hold something else since.
+                        self.counts.other += 1;
+                        continue;
+                    }
                     let host_ns = self.arrival();
                     self.assemble(&reading, host_ns);
                 }
@@ -494,6 +549,9 @@ impl Decoder {
         });
         if timed.restarted && !restarted {
             self.counts.restarts += 1;
+        }
+        if (timed.restarted || restarted) && self.hello == Hello::Agrees {
+            self.hello = Hello::Asked;
         }
         let Some(values) = frame.values else {
             return;

@@ -24,3 +24,9 @@ pub(super) fn text(packet: &[u8]) -> Option<String> {
     let text = content(packet, TEXT)?;
     Some(String::from_utf8_lossy(text).into_owned())
 }
+
+/// The JSON of a hello in a packet; `None` for another packet.
+pub(super) fn hello(packet: &[u8]) -> Option<String> {
+    let hello = content(packet, HELLO)?;
+    Some(String::from_utf8_lossy(hello).into_owned())
+}

@@ -151,6 +151,8 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         record: None,
         outputs,
         table: arguments.table.clone(),
+        when_failing: arguments.recording.when_failing(),
+        told: |message| note!("warning: {message}"),
         provenance: Vec::new(),
     })
 }
@@ -684,11 +686,10 @@ pub(crate) fn report(
         let beside = lines_on_standard_output(arguments).then_some(Path::new("-"));
         outputs::print_beside(beside, &report)?;
     }
-    // The end of a recording was told at once.
-    let told = summary
-        .recording
-        .as_ref()
-        .is_some_and(|recording| recording.failure.as_ref() == Some(&summary.notice));
+    // The end of a recording or of another file was told at once.
+    let recording = summary.recording.as_ref();
+    let told = summary.failed_files.contains(&summary.notice)
+        || recording.is_some_and(|recording| recording.failure.as_ref() == Some(&summary.notice));
     if !summary.notice.is_empty() && summary.failure.is_none() && !told {
         note!("note: {}", summary.notice);
     }
@@ -743,7 +744,8 @@ pub(crate) fn report(
         || summary.continuity.late > 0
         || summary.clipped_frames > 0
         || wire_losses
-        || recording_lost;
+        || recording_lost
+        || !summary.failed_files.is_empty();
     match &summary.failure {
         Some(Failure::Source(error)) if arguments.salvage && is_cut(error) => {
             note!("note: {error}");
@@ -822,6 +824,9 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
                 "failure": recording.failure,
             }),
         );
+    }
+    if !summary.failed_files.is_empty() {
+        put("failed_files", json!(summary.failed_files));
     }
     put("duration_s", number_or_null(summary.duration));
     put("rate_hz", number_or_null(rate));

@@ -222,6 +222,51 @@ fn a_full_disk_ends_the_recording_and_not_the_measurement() {
     assert!(message.contains("the run ends"), "{message}");
 }
 
+/// A file that fails ends neither the measurement nor the other files, unless it was to.
+#[test]
+fn a_full_disk_ends_no_other_file_and_no_measurement() {
+    let folder = Folder::new("files-full");
+    let live = "live three-axis-8x8 --headless --speed max --frames 1200 --format json";
+    let live: Vec<&str> = live.split(' ').collect();
+    for option in ["--save", "--out"] {
+        let [first, second, events] = ["a.csv", "b.csv", "events.csv"].map(|name| {
+            let name = folder.path(&format!("{}{name}", &option[2..]));
+            let _ = fs::remove_file(&name);
+            name
+        });
+        let value = |file: &str| match option {
+            "--out" => format!("csv:{file}"),
+            _ => file.to_owned(),
+        };
+        let run = |file: &str, more: &[&str]| {
+            let value = value(file);
+            on_a_small_disk(&[&live[..], &[option, &value], more].concat())
+        };
+        let output = run(&first, &["--events", &events]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{message}");
+        assert_eq!(
+            message.matches("the measurement goes on").count(),
+            1,
+            "{message}"
+        );
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["frames"], 1200);
+        let failed = report["failed_files"].as_array().unwrap();
+        assert!(failed.len() == 1 && failed[0].as_str().unwrap().contains("File too large"));
+        // The other file has all of its events.
+        let counts = report["events"].as_object().unwrap().values();
+        let counted: u64 = counts.map(|count| count.as_u64().unwrap()).sum();
+        let lines = fs::read_to_string(&events).unwrap().lines().count();
+        assert_eq!(lines as u64, counted + 1);
+
+        let output = run(&second, &["--record-or-stop"]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(message.contains("File too large"), "{message}");
+    }
+}
+
 #[test]
 fn damaged_recordings_are_inspected_repaired_and_cut() {
     let folder = Folder::new("recording-damage");

@@ -4,6 +4,9 @@ use super::wire::Decode;
 
 /// One line for the operator about bytes that do not decode.
 pub(crate) fn garbled(sample: &[u8], decoder: &dyn Decode, baud: Option<u32>) -> String {
+    if !decoder.question().is_empty() {
+        return "the board was connected again and has not said its hello since: its frames are not read before".into();
+    }
     if let Some(remark) = decoder.remark() {
         return remark;
     }

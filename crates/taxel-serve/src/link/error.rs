@@ -36,6 +36,16 @@ pub enum LinkError {
         /// How it was lost.
         reason: String,
     },
+    /// The board says now that its frames hold something else.
+    #[error(
+        "{name}: the board has changed: {difference}; start again, so that its frames are read as it says now"
+    )]
+    Changed {
+        /// Name of the port, host or program.
+        name: String,
+        /// What is different.
+        difference: String,
+    },
     /// The thread of the link could not be started.
     #[error("the system refused a thread for the link: {cause}")]
     Thread {

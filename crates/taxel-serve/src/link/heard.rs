@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::address::LinkAddress;
 use super::error::LinkError;
-use super::port::{Link, Port, Received};
+use super::port::{Link, Others, Port, Received};
 use super::serial::SerialSettings;
 use super::way;
 
@@ -117,5 +117,13 @@ impl Port for HeardPort {
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write(bytes)
+    }
+
+    fn gave_frame(&mut self, patience: Duration) {
+        self.port.gave_frame(patience);
+    }
+
+    fn others(&self) -> Others {
+        self.port.others()
     }
 }

@@ -26,6 +26,7 @@ pub(crate) use clock::ClockWatch;
 pub use error::LinkError;
 pub use heard::Heard;
 pub use options::{LinkObserver, LinkOptions, Reconnect};
+pub use port::Others;
 pub use ports::{FoundPort, Holder, UsbNames, found_ports};
 pub(crate) use reader::Item;
 pub(crate) use running::Running;

@@ -1,7 +1,10 @@
 //! The one small interface of all links.
 
 use std::io;
+use std::net::SocketAddr;
 use std::time::Duration;
+
+use serde::Serialize;
 
 use super::error::LinkError;
 
@@ -25,6 +28,24 @@ pub(crate) trait Port: Send {
 
     /// Writes all of `bytes`.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// The bytes read last gave a frame: who sent them is the board, until it has given none
+    /// for longer than `patience`.
+    fn gave_frame(&mut self, _patience: Duration) {}
+
+    /// Others than the board that send to it, of which nothing is read.
+    fn others(&self) -> Others {
+        Others::default()
+    }
+}
+
+/// Who else sends to a link that reads one board.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Others {
+    /// Datagrams passed over.
+    pub datagrams: u64,
+    /// Their senders: the first of them.
+    pub senders: Vec<SocketAddr>,
 }
 
 /// A way to bytes that can be opened, again and again.

@@ -11,7 +11,7 @@ use super::advice;
 use super::error::LinkError;
 use super::exec::Tell;
 use super::options::{LinkObserver, Reconnect};
-use super::port::{Link, Port, Received};
+use super::port::{Link, Others, Port, Received};
 use super::state::{LinkHandle, LinkState};
 use super::tracker::Tracker;
 use super::wire::{Decode, Greeting};
@@ -23,6 +23,8 @@ const FIRST_WAIT: Duration = Duration::from_millis(100);
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
 /// How often a port that has gone is looked for in between.
 const LOOK: Duration = Duration::from_millis(20);
+/// A board is asked for its hello as often as it says it unasked.
+const ASK_AGAIN: Duration = Duration::from_secs(1);
 /// Bytes of one read.
 const BUFFER: usize = 1 << 16;
 
@@ -60,6 +62,8 @@ enum Ended {
     Lost(String),
     /// There is no more to come.
     Done,
+    /// The board says now that its frames hold something else.
+    Changed(String),
     /// The run ends.
     Stopped,
 }
@@ -145,6 +149,10 @@ impl Reader {
                     drop(port);
                     match ended {
                         Ended::Done | Ended::Stopped => return None,
+                        Ended::Changed(difference) => {
+                            let name = self.link.name();
+                            return Some(LinkError::Changed { name, difference });
+                        }
                         Ended::Lost(reason) => {
                             if self.reconnect == Reconnect::Once {
                                 let name = self.link.name();
@@ -184,6 +192,7 @@ impl Reader {
         let mut tracker = Tracker::new(self.now(), self.stale_after);
         let mut buffer = vec![0; BUFFER];
         let mut next_question = Instant::now();
+        let mut asked: Option<Instant> = None;
         if let Err(error) = port.write(&self.greeting.start) {
             return Ended::Lost(format!("the start command cannot be written: {error}"));
         }
@@ -206,13 +215,27 @@ impl Reader {
                 patience = patience.min(next_question.saturating_duration_since(now));
                 patience = patience.max(Duration::from_millis(1));
             }
+            let question = self.decoder.question();
+            if !question.is_empty() && asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN) {
+                if let Err(error) = port.write(question) {
+                    return Ended::Lost(error.to_string());
+                }
+                asked = Some(Instant::now());
+            }
             let read = port.read(&mut buffer, patience);
             // Before anything else: this is the time of arrival.
             let host_ns = self.now();
+            self.hear_others(port.others());
             match read {
                 Ok(Received::Bytes(bytes)) => {
-                    if !self.take(&mut tracker, &buffer[..bytes], host_ns) {
+                    let Some(frames) = self.take(&mut tracker, &buffer[..bytes], host_ns) else {
                         return Ended::Stopped;
+                    };
+                    if frames > 0 {
+                        port.gave_frame(Duration::from_nanos(self.stale_after));
+                    }
+                    if let Some(difference) = self.decoder.changed() {
+                        return Ended::Changed(difference.to_owned());
                     }
                 }
                 Ok(Received::Nothing) => {
@@ -235,19 +258,35 @@ impl Reader {
         }
     }
 
-    /// Decodes what arrived; false if nobody takes frames any more.
-    fn take(&mut self, tracker: &mut Tracker, bytes: &[u8], host_ns: u64) -> bool {
+    /// Names a new sender that is not the board.
+    fn hear_others(&mut self, others: Others) {
+        if others.datagrams == 0 {
+            return;
+        }
+        let mut status = self.status.lock();
+        let news = others.senders.get(status.others.senders.len()).copied();
+        status.others = others;
+        let name = status.name.clone();
+        drop(status);
+        if let Some(sender) = news {
+            (self.tell)(&format!(
+                "note: {name}: {sender} sends too; one board is read, the first that sent, and nothing of others"
+            ));
+        }
+    }
+
+    /// Decodes what arrived, and gives the number of frames; `None` if nobody takes frames any
+    /// more.
+    fn take(&mut self, tracker: &mut Tracker, bytes: &[u8], host_ns: u64) -> Option<usize> {
         for observer in &mut self.observers {
             observer.wire(host_ns, bytes);
         }
         self.status.lock().bytes += bytes.len() as u64;
         self.decoder.push(bytes, host_ns);
-        let Some(frames) = self.hand_out() else {
-            return false;
-        };
+        let frames = self.hand_out()?;
         let changed = tracker.received(host_ns, bytes, frames);
         self.changed(changed, tracker);
-        true
+        Some(frames)
     }
 
     /// Hands the decoded frames to the source: how many; `None` if nobody takes them any more.

@@ -2,10 +2,11 @@
 
 use std::io::{self, Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::error::LinkError;
-use super::port::{Link, Port, Received, received};
+use super::port::{Link, Others, Port, Received, received};
+use super::tracker::GARBLED_AFTER;
 
 /// Longest wait for the answer of a host.
 const CONNECT: Duration = Duration::from_secs(2);
@@ -98,17 +99,59 @@ impl Link for Udp {
         }
         Ok(Box::new(OpenUdp {
             socket,
-            sender: None,
+            board: None,
+            others: Others::default(),
             patience: None,
         }))
     }
 }
 
+/// A port that reads one board: the first that sends. Another takes its turn once the first has
+/// given no frame for a while.
 struct OpenUdp {
     socket: UdpSocket,
-    /// Who sent the last datagram: questions go there.
-    sender: Option<SocketAddr>,
+    board: Option<Sender>,
+    others: Others,
     patience: Option<Duration>,
+}
+
+/// Who sends what is read; questions go there.
+struct Sender {
+    address: SocketAddr,
+    /// Its last frame, or its first datagram.
+    since: Instant,
+    /// After this time without a frame it may be no board, or gone.
+    patience: Duration,
+}
+
+/// Other senders that are named.
+const NAMED: usize = 8;
+
+impl OpenUdp {
+    /// True if what `sender` sends is read.
+    fn takes(&mut self, sender: SocketAddr) -> io::Result<bool> {
+        let board = self.board.get_or_insert_with(|| Sender {
+            address: sender,
+            since: Instant::now(),
+            patience: Duration::from_nanos(GARBLED_AFTER),
+        });
+        if board.address == sender {
+            return Ok(true);
+        }
+        if board.since.elapsed() > board.patience {
+            return Err(io::Error::other(format!(
+                "{} has given no frame for {:.1} s, and {sender} sends now",
+                board.address,
+                board.since.elapsed().as_secs_f64()
+            )));
+        }
+        self.others.datagrams += 1;
+        let senders = &mut self.others.senders;
+        if senders.len() < NAMED && !senders.contains(&sender) {
+            senders.push(sender);
+        }
+        Ok(false)
+    }
 }
 
 impl Port for OpenUdp {
@@ -120,18 +163,30 @@ impl Port for OpenUdp {
         match self.socket.recv_from(buffer) {
             // An empty datagram is no end.
             Ok((0, _)) => Ok(Received::Nothing),
-            Ok((bytes, sender)) => {
-                self.sender = Some(sender);
-                Ok(Received::Bytes(bytes))
-            }
+            Ok((bytes, sender)) => Ok(if self.takes(sender)? {
+                Received::Bytes(bytes)
+            } else {
+                Received::Nothing
+            }),
             Err(error) => received(Err(error)),
         }
     }
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        match self.sender {
-            Some(sender) => self.socket.send_to(bytes, sender).map(drop),
+        match &self.board {
+            Some(board) => self.socket.send_to(bytes, board.address).map(drop),
             None => Ok(()),
         }
+    }
+
+    fn gave_frame(&mut self, patience: Duration) {
+        if let Some(board) = &mut self.board {
+            board.since = Instant::now();
+            board.patience = patience.max(Duration::from_nanos(GARBLED_AFTER));
+        }
+    }
+
+    fn others(&self) -> Others {
+        self.others.clone()
     }
 }

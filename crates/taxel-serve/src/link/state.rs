@@ -6,6 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 
 use super::clock::ClockRelation;
+use super::port::Others;
 use super::wire::WireCounts;
 
 /// State of a link.
@@ -82,6 +83,8 @@ pub struct LinkStatus {
     pub overrun: u64,
     /// Counts of the wire.
     pub wire: WireCounts,
+    /// Who else sends to a UDP port, of the last connection that any did.
+    pub others: Others,
     /// The clock of the board against that of this computer, of frames that have a time or a
     /// number of the board.
     pub clock: Option<ClockRelation>,
@@ -107,6 +110,7 @@ impl LinkHandle {
             bytes: 0,
             overrun: 0,
             wire: WireCounts::default(),
+            others: Others::default(),
             clock: None,
         })))
     }

@@ -3,7 +3,7 @@
 use super::state::LinkState;
 
 /// Time with bytes but without a packet after which they are garbled, ns.
-const GARBLED_AFTER: u64 = 2_000_000_000;
+pub(super) const GARBLED_AFTER: u64 = 2_000_000_000;
 /// Newest bytes that are kept to see what they are.
 const SAMPLE: usize = 4096;
 

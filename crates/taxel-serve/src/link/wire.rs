@@ -17,6 +17,16 @@ pub trait Decode: Send {
     /// A new connection begins: nothing continues what came before.
     fn reconnected(&mut self);
 
+    /// What the board should be asked now, again and again until this is empty.
+    fn question(&self) -> &[u8] {
+        &[]
+    }
+
+    /// Why nothing more is decoded: the board says now that its frames hold something else.
+    fn changed(&self) -> Option<&str> {
+        None
+    }
+
     /// What was counted so far.
     fn counts(&self) -> WireCounts;
 

@@ -120,18 +120,21 @@ pub struct LineSummary {
 #[derive(Debug)]
 pub(crate) struct Lines {
     output: LineOutput,
-    thread: JoinHandle<(LineSummary, io::Result<()>)>,
+    thread: JoinHandle<(LineSummary, Result<(), SaveError>)>,
 }
 
+/// Hears at once that an output has ended early: that its reader has gone, or why it failed.
+type Ended = Arc<dyn Fn(Option<&SaveError>) + Send + Sync>;
+
 impl Lines {
-    /// Opens the output; `closed` is called when its reader goes.
+    /// Opens the output; `ended` hears when its reader goes, and when it fails.
     pub(crate) fn start(
         output: &LineOutput,
         replace: bool,
         meaning: &Meaning,
         link: Option<LinkHandle>,
         messages: Receiver<Outgoing>,
-        closed: Arc<dyn Fn() + Send + Sync>,
+        ended: Ended,
     ) -> Result<Self, SaveError> {
         let mut writer = Writer {
             out: BufWriter::with_capacity(1 << 16, output.open(replace)?),
@@ -145,15 +148,19 @@ impl Lines {
                 dropped: 0,
             },
         };
+        let place = output.place.clone();
         let thread = std::thread::spawn(move || {
-            let written = writer.run(messages);
-            let written = match written {
+            let written = match writer.run(messages) {
                 // Whoever reads may stop early (`taxel live --out jsonl | head`).
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
-                    closed();
+                    ended(None);
                     Ok(())
                 }
-                other => other,
+                written => written.map_err(|error| {
+                    let error = failed(&place, &error);
+                    ended(Some(&error));
+                    error
+                }),
             };
             // What is still held would be written once more to a pipe that is closed.
             let (_, _unwritten) = writer.out.into_parts();
@@ -167,24 +174,25 @@ impl Lines {
 
     /// Waits for the last line: it is written once the pump has said that it ends.
     pub(crate) fn finish(self) -> (LineSummary, Result<(), SaveError>) {
-        let path = match &self.output.place {
-            Place::StandardOutput => PathBuf::from("standard output"),
-            Place::File(path) => path.clone(),
-        };
-        let (summary, written) = self.thread.join().unwrap_or_else(|_| {
+        self.thread.join().unwrap_or_else(|_| {
             let error = io::Error::other("the writing thread ended unexpectedly");
             let summary = LineSummary {
                 output: self.output.to_string(),
                 lines: 0,
                 dropped: 0,
             };
-            (summary, Err(error))
-        });
-        let written = written.map_err(|error| SaveError::Write {
-            path,
-            message: error.to_string(),
-        });
-        (summary, written)
+            (summary, Err(failed(&self.output.place, &error)))
+        })
+    }
+}
+
+fn failed(place: &Place, error: &io::Error) -> SaveError {
+    SaveError::Write {
+        path: match place {
+            Place::StandardOutput => PathBuf::from("standard output"),
+            Place::File(path) => path.clone(),
+        },
+        message: error.to_string(),
     }
 }
 

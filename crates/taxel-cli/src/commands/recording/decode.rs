@@ -78,7 +78,14 @@ pub(super) fn run(arguments: &DecodeWire) -> Result<Done, Stop> {
     if let Some(remark) = decoder.remark() {
         note!("note: {remark}");
     }
-    Ok(if counts.is_clean() && counts.delivered > 0 {
+    if let Some(difference) = decoder.changed() {
+        note!(
+            "note: {}: the board has changed within it: {difference}; what came since is not read",
+            shown::path(file)
+        );
+    }
+    let whole = counts.is_clean() && decoder.changed().is_none();
+    Ok(if whole && counts.delivered > 0 {
         Done::Complete
     } else {
         Done::WithLosses
