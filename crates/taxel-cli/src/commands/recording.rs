@@ -85,6 +85,8 @@ struct Survey {
     channels: usize,
     device_times: Option<[u64; 2]>,
     longest_pause_ns: u64,
+    /// Messages of each topic, in the order of [`Topic::ALL`], that this version cannot read.
+    unreadable: [u64; Topic::ALL.len()],
 }
 
 fn survey(path: &Path) -> Result<Survey, Stop> {
@@ -93,7 +95,11 @@ fn survey(path: &Path) -> Result<Survey, Stop> {
     let mut device_times: Option<[u64; 2]> = None;
     let mut newest = None;
     let mut longest_pause_ns = 0;
+    let mut unread = [0; Topic::ALL.len()];
     while let Some(entry) = reader.next().map_err(|error| unreadable(path, &error))? {
+        if !entry.topic.reads(entry.bytes) {
+            unread[usize::from(entry.topic.number()) - 1] += 1;
+        }
         match entry.topic {
             Topic::Raw => {
                 let time = entry.publish_time;
@@ -121,16 +127,22 @@ fn survey(path: &Path) -> Result<Survey, Stop> {
         channels,
         device_times,
         longest_pause_ns,
+        unreadable: unread,
     })
 }
 
 impl Survey {
     fn well(&self) -> bool {
+        self.findings.finished && self.has_all()
+    }
+
+    /// True if nothing is missing or damaged in what was written.
+    fn has_all(&self) -> bool {
         let findings = &self.findings;
-        findings.finished
-            && !findings.is_damaged()
+        !findings.is_damaged()
             && findings.missing.iter().all(|missing| *missing == 0)
             && findings.second.is_none()
+            && self.unreadable == [0; Topic::ALL.len()]
     }
 
     /// In words.
@@ -143,6 +155,14 @@ impl Survey {
         let missing: u64 = findings.missing.iter().sum();
         if missing > 0 {
             faults.push(format!("{missing} messages are missing"));
+        }
+        for (topic, unreadable) in Topic::ALL.into_iter().zip(self.unreadable) {
+            if unreadable > 0 {
+                let (all, name) = (findings.messages(topic), topic.name());
+                faults.push(format!(
+                    "{unreadable} of {all} messages of {name} cannot be read"
+                ));
+            }
         }
         if findings.late_chunks + findings.foreign_chunks > 0 {
             faults.push("parts are out of order or of another recording".into());
@@ -211,6 +231,10 @@ impl Survey {
             ("segments", json!(segments.map_or(1, |segment| segment + 1))),
             ("messages", counts(&|channel| findings.messages(channel))),
             ("missing", counts(&|channel| findings.missing(channel))),
+            (
+                "unreadable",
+                counts(&|channel| self.unreadable[usize::from(channel.number()) - 1]),
+            ),
             ("damages", damages.collect()),
             ("damage_count", json!(findings.damage_count)),
             ("attachments", attachments.collect()),
@@ -351,10 +375,8 @@ fn repair(arguments: &Repair) -> Result<Done, Stop> {
         }
     }
     outputs::print(&report)?;
-    let whole = findings.missing.iter().all(|missing| *missing == 0)
-        && !findings.is_damaged()
-        && findings.second.is_none();
-    Ok(if whole {
+    // One that was not finished is now.
+    Ok(if survey.has_all() {
         Done::Complete
     } else {
         Done::WithLosses

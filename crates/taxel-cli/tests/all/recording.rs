@@ -222,6 +222,129 @@ fn a_full_disk_ends_the_recording_and_not_the_measurement() {
     assert!(message.contains("the run ends"), "{message}");
 }
 
+/// CRC-32 as chunks have it.
+fn crc32(bytes: &[u8]) -> u32 {
+    let mut check = u32::MAX;
+    for byte in bytes {
+        check ^= u32::from(*byte);
+        for _ in 0..8 {
+            check = check >> 1 ^ 0xedb8_8320 & (check & 1).wrapping_neg();
+        }
+    }
+    !check
+}
+
+/// Changes the messages of each chunk, whose check then is right again: `change` gets the topic
+/// number and the whole record, which begins with its code and its length.
+fn forged(file: &[u8], mut change: impl FnMut(u16, &mut [u8])) -> Vec<u8> {
+    const CHUNK: u8 = 6;
+    const MESSAGE: u8 = 5;
+    const HEAD: usize = 9 + 40;
+    let mut file = file.to_vec();
+    let length_at = |bytes: &[u8], at: usize| {
+        u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9
+    };
+    // Behind the mark at the beginning.
+    let mut at = 8;
+    while at + 9 < file.len() {
+        let length = length_at(&file, at);
+        if file[at] == CHUNK {
+            let records = &mut file[at + HEAD..at + length];
+            let mut record = 0;
+            while record < records.len() {
+                let end = record + length_at(records, record);
+                if records[record] == MESSAGE {
+                    let topic = u16::from_le_bytes([records[record + 9], records[record + 10]]);
+                    change(topic, &mut records[record..end]);
+                }
+                record = end;
+            }
+            let check = crc32(records).to_le_bytes();
+            file[at + 9 + 24..at + 9 + 28].copy_from_slice(&check);
+        }
+        at += length;
+    }
+    file
+}
+
+/// What a check confirms can be unreadable all the same: of another version, or of a program
+/// with a fault. It is never counted as read.
+#[test]
+fn messages_that_cannot_be_read_are_counted_and_not_passed_over() {
+    let folder = Folder::new("recording-unreadable");
+    let [file, forgery] = ["a.mcap", "b.mcap"].map(|name| folder.path(name));
+    record(&file, &FAST);
+    let good = fs::read(&file).unwrap();
+    assert_eq!(forged(&good, |_, _| ()), good);
+    for topic in Topic::ALL {
+        // The content of every message of one topic is cut to its first bytes' worth of zeros.
+        let mut count = 0;
+        let forged = forged(&good, |found, record| {
+            if found == topic.number() {
+                count += 1;
+                record[9 + 22..].fill(0xff);
+            }
+        });
+        if count == 0 {
+            continue;
+        }
+        fs::write(&forgery, &forged).unwrap();
+        let (code, found) = inspected(&forgery);
+        let state = found["state"].as_str().unwrap();
+        let said = format!(
+            "{count} of {count} messages of {} cannot be read",
+            topic.name()
+        );
+        assert!(code == Some(3) && state.contains(&said), "{state}");
+        assert_eq!(found["unreadable"][topic.name()], count);
+        for output in ["out.csv", "out.npz", "out"] {
+            let output = folder.path(&format!("{}-{output}", topic.number()));
+            let exported = taxel(&["recording", "export", &forgery, "-o", &output]);
+            let message = String::from_utf8(exported.stderr).unwrap();
+            assert_eq!(
+                exported.status.code(),
+                Some(3),
+                "{topic:?} {output}: {message}"
+            );
+            assert!(message.contains(&said), "{message}");
+        }
+    }
+}
+
+#[test]
+fn a_chunk_whose_messages_do_not_fit_it_is_not_whole() {
+    let folder = Folder::new("recording-forged");
+    let [file, forgery] = ["a.mcap", "b.mcap"].map(|name| folder.path(name));
+    record(&file, &FAST);
+    let good = fs::read(&file).unwrap();
+    let mut chunks = 0;
+    let forged = forged(&good, |_, record| {
+        chunks += 1;
+        if chunks == 100 {
+            // Longer than its chunk; what stands behind it is no record any more.
+            record[1..9].copy_from_slice(&(1_u64 << 40).to_le_bytes());
+        }
+    });
+    fs::write(&forgery, &forged).unwrap();
+    let (code, found) = inspected(&forgery);
+    assert_eq!((code, &found["damage_count"]), (Some(3), &Value::from(1)));
+    let exported = taxel(&[
+        "recording",
+        "export",
+        &forgery,
+        "-o",
+        &folder.path("out.csv"),
+    ]);
+    assert_eq!(exported.status.code(), Some(3));
+    let message = refused(&[
+        "live",
+        "--headless",
+        "--source",
+        &format!("replay:{forgery}"),
+    ]);
+    assert!(message.contains("damaged"), "{message}");
+}
+
 /// A file that fails ends neither the measurement nor the other files, unless it was to.
 #[test]
 fn a_full_disk_ends_no_other_file_and_no_measurement() {

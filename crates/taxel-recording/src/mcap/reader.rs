@@ -5,7 +5,7 @@ use std::io::{Read, Result};
 use super::chunk_list::TOPICS;
 use super::order::{Order, Place, Span};
 use super::record::{Attachment, Fields, Metadata, code};
-use super::scanner::{Part, Scanner};
+use super::scanner::{CHUNK_HEAD, Part, Scanner};
 use super::schemas::Topic;
 use super::writer::{DESCRIPTION, DESCRIPTION_KEY};
 
@@ -77,6 +77,18 @@ impl Findings {
     pub fn is_damaged(&self) -> bool {
         let torn = self.torn_tail().is_some();
         self.damage_count > u64::from(torn) || self.late_chunks + self.foreign_chunks > 0
+    }
+
+    /// Notes a stretch of bytes that is damaged.
+    fn damaged(&mut self, from: u64, to: u64) {
+        self.damage_count += 1;
+        if self.damages.len() < LISTED {
+            self.damages.push(Damage {
+                from,
+                to,
+                after_utc_ns: self.times.map(|[_, last]| last),
+            });
+        }
     }
 
     /// The torn end of a recording that was not finished.
@@ -220,6 +232,10 @@ impl<R: Read> McapReader<R> {
                     if findings.description.is_none() {
                         findings.description = description;
                     }
+                    if !is_whole(records) {
+                        let end = offset + (CHUNK_HEAD + records.len()) as u64;
+                        findings.damaged(offset, end);
+                    }
                     let Some((spans, counts, times)) = survey(records) else {
                         continue;
                     };
@@ -278,16 +294,7 @@ impl<R: Read> McapReader<R> {
                     self.begun = true;
                 }
                 Some(Part::End) => findings.finished = true,
-                Some(Part::Damage { from, to }) => {
-                    findings.damage_count += 1;
-                    if findings.damages.len() < LISTED {
-                        findings.damages.push(Damage {
-                            from,
-                            to,
-                            after_utc_ns: findings.times.map(|[_, last]| last),
-                        });
-                    }
-                }
+                Some(Part::Damage { from, to }) => findings.damaged(from, to),
             }
         }
     }
@@ -307,6 +314,20 @@ fn message_head(body: &[u8]) -> Option<(Topic, u32, u64, u64)> {
 fn each_record(records: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = Fields(records);
     std::iter::from_fn(move || rest.record())
+}
+
+/// True if the records of a chunk fill it, and each message has its head: its CRC says only that
+/// it is as it was written.
+fn is_whole(records: &[u8]) -> bool {
+    let mut rest = Fields(records);
+    while !rest.0.is_empty() {
+        match rest.record() {
+            None => return false,
+            Some((code::MESSAGE, body)) if body.len() < MESSAGE_HEAD => return false,
+            Some(_) => {}
+        }
+    }
+    true
 }
 
 type Survey = ([Span; TOPICS], [u64; TOPICS], [u64; 2]);

@@ -29,6 +29,23 @@ pub trait Message: Sized {
     fn decode(bytes: &[u8]) -> Option<Self>;
 }
 
+impl Topic {
+    /// True if `bytes` are a message of this topic.
+    pub fn reads(self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Wire => WireMessage::decode(bytes).is_some(),
+            Self::Raw => FrameMessage::decode(bytes).is_some(),
+            Self::Touch => TouchMessage::decode(bytes).is_some(),
+            Self::Events => EventMessage::decode(bytes).is_some(),
+            Self::Link => LinkMessage::decode(bytes).is_some(),
+            Self::Rest => RestMessage::decode(bytes).is_some(),
+            Self::Clock => ClockMessage::decode(bytes).is_some(),
+            Self::Health => HealthMessage::decode(bytes).is_some(),
+            Self::Marks => MarkMessage::decode(bytes).is_some(),
+        }
+    }
+}
+
 /// `None` as the largest number.
 fn time_or_none(time: Option<u64>) -> u64 {
     time.unwrap_or(NO_TIME)
