@@ -26,6 +26,7 @@ use std::ffi::OsString;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
+use taxel_files::Progress;
 pub(crate) use taxel_files::{self as files, Stop};
 
 /// End of a command; the exit codes are part of the contract.
@@ -48,6 +49,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return u8::from(error.use_stderr()) * 2;
         }
     };
+    let working = working(&arguments.command);
     let result = match &arguments.command {
         Command::Check(check) => commands::check::run(check),
         Command::Predict(predict) => commands::predict::run(predict),
@@ -71,12 +73,20 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Completions(completions) => commands::completions::run(completions),
         Command::Man(pages) => commands::completions::man(pages),
     };
+    drop(working);
     match result {
         Ok(Done::Complete) => 0,
         Ok(Done::WithLosses) => 3,
         Err(Stop::WrongInput(message)) => report(&message, 2),
         Err(Stop::Failed(message)) => report(&message, 1),
     }
+}
+
+/// Commands say that they work where nothing else says it; but for those that show or send
+/// what comes until they are ended, which say so of their beginning.
+fn working(command: &Command) -> Option<Progress> {
+    let endless = matches!(command, Command::Live(_) | Command::Device(_));
+    (!endless).then(|| Progress::new("working"))
 }
 
 fn report(message: &str, code: u8) -> u8 {

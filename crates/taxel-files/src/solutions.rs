@@ -150,7 +150,6 @@ impl Solutions for Folder {
         });
         progress.at(fraction);
         if fraction >= 1.0 {
-            progress.end();
             let seconds = start.elapsed().as_secs_f64();
             if seconds > TOLD {
                 note!("note: the {} was solved in {seconds:.1} s", question.what);

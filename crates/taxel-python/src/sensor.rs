@@ -433,6 +433,10 @@ impl Sensor {
             (Some(values), None) => loads(values, columns)?,
             (None, None) => return Err(value_error("give a load")),
         };
+        if loads.len() != 1 {
+            let message = "information: give one load; ask once for each of several";
+            return Err(value_error(message));
+        }
         let noise = noise
             .map(|noise| sized(&noise, "noise", device.information_noise()))
             .transpose()?;
@@ -455,35 +459,25 @@ impl Sensor {
             }
         };
         let options = InformationOptions { noise, radius };
-        let rows = PyList::empty(py);
-        for index in 0..loads.len() {
-            let found = device.information(&loads.load(index), &options);
-            rows.append(match found {
-                Ok(found) => {
-                    let row = PyDict::new(py);
-                    row.set_item("jacobian", &found.jacobian)?;
-                    row.set_item("noise", &found.noise)?;
-                    row.set_item("fisher", found.fisher())?;
-                    row.set_item("covariance", found.covariance())?;
-                    row.set_item("condition", found.condition())?;
-                    row.set_item("a_criterion", found.a_criterion())?;
-                    row.set_item("d_criterion", found.d_criterion())?;
-                    row.set_item("e_criterion", found.e_criterion())?;
-                    row.set_item("place_deviation", found.place_deviation())?;
-                    let names = found
-                        .unknowns
-                        .iter()
-                        .map(|one| (one.name, one.dimension.si, one.beside));
-                    row.set_item("unknowns", names.collect::<Vec<_>>())?;
-                    row
-                }
-                Err(error) => return Err(Fault::Wrong(error.to_string()).into()),
-            })?;
-        }
-        let found = PyDict::new(py);
-        found.set_item("rows", rows)?;
-        found.set_item("one", loads.len() == 1)?;
-        Ok(found)
+        let found = device
+            .information(&loads.load(0), &options)
+            .map_err(|error| Fault::Wrong(error.to_string()))?;
+        let row = PyDict::new(py);
+        row.set_item("jacobian", &found.jacobian)?;
+        row.set_item("noise", &found.noise)?;
+        row.set_item("fisher", found.fisher())?;
+        row.set_item("covariance", found.covariance())?;
+        row.set_item("condition", found.condition())?;
+        row.set_item("a_criterion", found.a_criterion())?;
+        row.set_item("d_criterion", found.d_criterion())?;
+        row.set_item("e_criterion", found.e_criterion())?;
+        row.set_item("place_deviation", found.place_deviation())?;
+        let names = found
+            .unknowns
+            .iter()
+            .map(|one| (one.name, one.dimension.si, one.beside));
+        row.set_item("unknowns", names.collect::<Vec<_>>())?;
+        Ok(row)
     }
 }
 

@@ -6,6 +6,7 @@ use std::fs;
 use serde_json::Value;
 use taxel::table::{self, Cell, Column};
 use taxel_fabricate::{Options, Plan, files};
+use taxel_files::Progress;
 
 use crate::arguments::Fabricate;
 use crate::{Done, Stop, outputs};
@@ -22,7 +23,10 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let wrong =
         |error: taxel_fabricate::Refused| Stop::WrongInput(format!("{}: {error}", named.name));
     let plan = Plan::of(&named.sensor).map_err(wrong)?;
+    let drawing = Progress::new("drawing masks and moulds");
     let written = files(&plan, &options, &named.origin()).map_err(wrong)?;
+
+    drop(drawing);
 
     let existing = arguments.overwrite.existing();
     let folder = &arguments.output;

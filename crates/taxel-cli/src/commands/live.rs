@@ -12,7 +12,7 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
-use taxel_files::{COMMIT, VERSION};
+use taxel_files::{COMMIT, Progress, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
@@ -30,10 +30,13 @@ mod hardware;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
+    let preparing = Progress::new("preparing the estimator");
     let mut session = session(arguments, options)?;
+    drop(preparing);
     session.options.provenance = saved_provenance(&session.provenance, arguments.seed);
     let about = about(&session, arguments.seed);
     let ends = arguments.frames.is_some();
+    let playing = (arguments.headless && ends).then(|| Progress::new("playing the frames"));
     let summary = if arguments.headless {
         run_headless(session)
     } else {
@@ -55,6 +58,7 @@ pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
             Ok(())
         })
     };
+    drop(playing);
     let summary = match summary {
         Ok(summary) => summary,
         // Nobody learned the address (`taxel live | head -0`).

@@ -181,11 +181,11 @@ fn spread(
 
 /// Solves what takes long, with its progress on the standard error.
 fn prepare(predictor: &mut dyn Predictor, loads: &Loads) -> Result<(), Stop> {
-    let mut progress = Progress::new("solving");
+    let progress = Progress::new("solving");
     let remark = predictor
         .prepare(loads, &mut |fraction| progress.at(fraction))
         .map_err(Stop::Failed)?;
-    progress.end();
+    drop(progress);
     if let Some(remark) = remark {
         note!("note: {remark}");
     }

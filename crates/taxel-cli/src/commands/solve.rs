@@ -148,7 +148,7 @@ fn solve(
     let interrupt = Interrupt::listen();
     let flag = interrupt.flag().clone();
     body.stop_when(move || flag.asked());
-    let mut progress = Progress::new("solving");
+    let progress = Progress::new("solving");
     let steps = body.steps();
     if let Some(series) = series.as_mut().filter(|_| !resumed) {
         series.write(body)?;
@@ -189,21 +189,13 @@ fn solve(
                     series.write(body)?;
                 }
             }
-            Ok(Ended::Stopped) => {
-                progress.end();
-                return Ok(Way::Stopped);
-            }
-            Err(failure) => {
-                progress.end();
-                return Ok(Way::Failed(body.explain(&failure)));
-            }
+            Ok(Ended::Stopped) => return Ok(Way::Stopped),
+            Err(failure) => return Ok(Way::Failed(body.explain(&failure))),
         }
         if interrupt.asked() && body.done() < steps {
-            progress.end();
             return Ok(Way::Stopped);
         }
     }
-    progress.end();
     Ok(Way::Done)
 }
 

@@ -70,12 +70,8 @@ pub(crate) fn running<T>(
     work: impl FnOnce(&mut Runner<'_>) -> Result<T, StoreError>,
 ) -> Result<T, Stop> {
     let interrupt = crate::interrupt::Interrupt::listen();
-    let progress = std::sync::Mutex::new(taxel_files::Progress::new(what));
-    let tell = |count: usize| {
-        if let Ok(mut progress) = progress.try_lock() {
-            progress.at((count as f64 / expected.max(1) as f64).min(1.0));
-        }
-    };
+    let progress = taxel_files::Progress::new(what);
+    let tell = |count: usize| progress.at((count as f64 / expected.max(1) as f64).min(1.0));
     let stop = || interrupt.asked();
     let mut runner = Runner {
         store,
@@ -83,11 +79,7 @@ pub(crate) fn running<T>(
         progress: &tell,
         ..Runner::new(study)
     };
-    let result = work(&mut runner);
-    if let Ok(mut progress) = progress.lock() {
-        progress.end();
-    }
-    result.map_err(refused)
+    work(&mut runner).map_err(refused)
 }
 
 /// What heads a JSON document of a study.

@@ -21,11 +21,11 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
         options.leaps = Leaps::Refused;
     }
     let program = format!("taxel {VERSION} {COMMIT}");
-    let mut progress = Progress::new("solving the load path");
+    let progress = Progress::new("solving the load path");
     interrupt::leave_nothing_unfinished();
     let heard = &mut |fraction| progress.at(fraction);
     let table = taxel_bodies::tabulate(&named.sensor, &options, &program, heard);
-    progress.end();
+    drop(progress);
     let table = table.map_err(|error| match error {
         NotTabulated::NoTable(NoTable::Field(error)) => {
             Stop::Failed(format!("{}: {error}", named.name))

@@ -176,10 +176,7 @@ class Sensor:
         Raises:
             InputError: a load beyond the model, or a device without a model.
         """
-        found = self._core.information(values, load, noise, radius)
-        if not found["one"]:
-            raise ValueError("information: give one load; ask once for each of several")
-        return Information._of(found["rows"][0])
+        return Information._of(self._core.information(values, load, noise, radius))
 
     def replace(self, changes: Mapping[str, Any], *, name: str | None = None) -> Sensor:
         """The sensor with other values, made by editing the text of its file: comments stay.
