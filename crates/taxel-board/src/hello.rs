@@ -289,7 +289,7 @@ fn about(
         let written = write!(about, ",\"{key}\":{value}");
         debug_assert!(written.is_ok(), "memory takes all");
     };
-    if field.order == Order::Big {
+    if field.order == Order::Big && (field.kind.is_bits() || field.kind.bits() > 8) {
         add("order", "\"big\"".into());
     }
     if unit.symbol != "counts" {
@@ -311,8 +311,10 @@ fn about(
     if let Some(from) = conversion.invert_from {
         add("invert_from", format!("{from:?}"));
     }
-    if let Some(missing) = conversion.missing {
-        add("missing", format!("{missing:?}"));
+    match &conversion.missing[..] {
+        [] => {}
+        [one] => add("missing", format!("{one:?}")),
+        several => add("missing", format!("{several:?}")),
     }
     if let Some([low, high]) = conversion.range {
         add("range", format!("[{},{}]", in_unit(low), in_unit(high)));

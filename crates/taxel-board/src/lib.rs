@@ -29,8 +29,8 @@ mod wiring;
 pub use board::{
     Amount, Board, BoardFile, BuiltIn, Carrier, Check, Class, Cobs, Counted, Decimal, Detection,
     Digits, Empty, Field, Fixed, FrameEnd, Framing, Id, Is, Length, Lines, Link, Marked, Message,
-    MessageFrame, Messages, Network, Order, Packet, Poll, SCHEMA_VERSION, Serial, Stuffed, Texts,
-    Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
+    MessageFrame, Messages, Missing, Missings, Network, Order, Packet, Poll, SCHEMA_VERSION,
+    Serial, Stuffed, Texts, Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
 };
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};

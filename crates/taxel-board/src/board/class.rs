@@ -62,11 +62,8 @@ pub struct Detection {
 impl Board {
     /// What the wire of the board can and cannot detect.
     pub fn detection(&self) -> Detection {
-        let counter = match self.counter() {
-            Counter::None => None,
-            Counter::Wraps(numbers) => Some(numbers),
-            Counter::Endless => Some(u64::MAX),
-        };
+        let frames = |counter: Counter| counter.frames().unwrap_or(u64::MAX);
+        let counter = self.counter().map(frames);
         let (class, byte_passes) = self.class(counter.is_some());
         Detection {
             class,

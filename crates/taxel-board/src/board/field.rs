@@ -7,7 +7,7 @@ use std::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
-use super::one_or_several::{self, Amount};
+use super::one_or_several::{self, Amount, Missing};
 use super::order::Order;
 use crate::pattern::BytePattern;
 
@@ -59,9 +59,11 @@ pub struct Field {
     #[serde(default)]
     #[schemars(with = "Option<[Amount; 2]>")]
     pub range: Option<[Amount; 2]>,
-    /// The number that stands where there is no reading.
-    #[serde(default)]
-    pub missing: Option<f64>,
+    /// What stands where there is no reading: a number, or several, and in text words such as
+    /// `over`.
+    #[serde(default, deserialize_with = "one_or_several::missing")]
+    #[schemars(with = "Option<one_or_several::Missings>")]
+    pub missing: Vec<Missing>,
     /// Status that is good, or several; a packet with another is not delivered.
     #[serde(default, deserialize_with = "one_or_several::wholes")]
     #[schemars(with = "Option<one_or_several::Wholes>")]
@@ -81,9 +83,139 @@ pub struct Field {
     /// Where it stands in a JSON message: keys, and places in lists, with `/` between them.
     #[serde(default)]
     pub key: Option<String>,
-    /// How its numbers are written as text in a JSON message; default decimal.
+    /// How its numbers are written as text, in lines and in JSON messages; default decimal.
     #[serde(default)]
-    pub digits: Digits,
+    pub digits: Option<Digits>,
+    /// Of a sequence: from one number to the next; default 1.
+    #[serde(default)]
+    pub step: Option<u64>,
+    /// Of a sequence: the number behind its largest, at which it begins again from 0; default
+    /// by its type.
+    #[serde(default)]
+    pub modulus: Option<u64>,
+    /// Of a sequence: frames that have the same number; default 1.
+    #[serde(default)]
+    pub repeats: Option<u64>,
+}
+
+/// What carries a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Within {
+    /// Bytes of a packet or a CAN message.
+    Bytes,
+    /// A line of text.
+    Line,
+    /// The template of a line: fields only say more of its values.
+    Template,
+    /// A JSON message.
+    Json,
+}
+
+impl Within {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bytes => "in bytes",
+            Self::Line => "in a line",
+            Self::Template => "of a template",
+            Self::Json => "in a JSON message",
+        }
+    }
+}
+
+impl Field {
+    /// Keys that the field has, beside `is`.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
+        [
+            (self.name.is_some(), "name"),
+            (self.kind.is_some(), "type"),
+            (self.bytes.is_some(), "bytes"),
+            (self.at.is_some(), "at"),
+            (self.bit.is_some(), "bit"),
+            (self.order.is_some(), "order"),
+            (self.scale.is_some(), "scale"),
+            (self.offset.is_some(), "offset"),
+            (self.unit.is_some(), "unit"),
+            (self.mask.is_some(), "mask"),
+            (self.shift.is_some(), "shift"),
+            (self.invert_from.is_some(), "invert_from"),
+            (self.range.is_some(), "range"),
+            (!self.missing.is_empty(), "missing"),
+            (!self.good.is_empty(), "good"),
+            (!self.bits.is_empty(), "bits"),
+            (self.equals.is_some(), "equals"),
+            (self.count.is_some(), "count"),
+            (self.first.is_some(), "first"),
+            (self.key.is_some(), "key"),
+            (self.digits.is_some(), "digits"),
+            (self.step.is_some(), "step"),
+            (self.modulus.is_some(), "modulus"),
+            (self.repeats.is_some(), "repeats"),
+        ]
+        .into_iter()
+        .filter_map(|(given, key)| given.then_some(key))
+    }
+
+    /// The first key that says nothing of such a field, and those that do.
+    pub(super) fn meaningless(&self, within: Within) -> Option<(&'static str, String)> {
+        let known = keys(self.is, within);
+        let key = self
+            .given()
+            .find(|key| !known.iter().any(|keys| keys.contains(key)))?;
+        let known: Vec<&str> = known.iter().copied().flatten().copied().collect();
+        let help = match known[..] {
+            [] => "leave it out".to_owned(),
+            _ => format!("leave it out; it has: {}", known.join(", ")),
+        };
+        Some((key, help))
+    }
+
+    /// What the message about a key that says nothing calls the field.
+    pub(super) fn called(&self, within: Within) -> String {
+        let is = match self.is {
+            Is::Value => "a value",
+            Is::Sequence => "a sequence",
+            Is::Time => "a time",
+            Is::Status => "a status",
+            Is::Mark => "a mark",
+            Is::Skip => "what is skipped",
+            Is::Address => "an address",
+            Is::Check => "a check",
+        };
+        format!("{is} {}", within.name())
+    }
+}
+
+/// Keys that say something of a field, in groups.
+fn keys(is: Is, within: Within) -> Vec<&'static [&'static str]> {
+    const VALUE: &[&str] = &[
+        "name",
+        "scale",
+        "offset",
+        "unit",
+        "mask",
+        "shift",
+        "invert_from",
+        "range",
+        "missing",
+    ];
+    let place: &[&str] = match within {
+        Within::Bytes => &["type", "at", "bit", "order"],
+        Within::Line | Within::Template => &["type", "digits"],
+        Within::Json => &["type", "digits", "key"],
+    };
+    let bytes = within == Within::Bytes;
+    match is {
+        Is::Value => vec![VALUE, place],
+        Is::Sequence => vec![place, &["step", "modulus", "repeats"]],
+        Is::Time => vec![place, &["unit", "scale"]],
+        Is::Status if within == Within::Line => vec![place, &["good"]],
+        Is::Status => vec![place, &["name", "good", "bits"]],
+        Is::Mark => vec![&["bytes", "at", "equals"]],
+        Is::Skip if bytes => vec![&["bytes", "type", "at", "bit"]],
+        Is::Address => vec![place, &["count", "first"]],
+        Is::Check => vec![&["at"]],
+        Is::Skip => Vec::new(),
+    }
 }
 
 /// What a field is.

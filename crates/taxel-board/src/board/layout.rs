@@ -76,7 +76,7 @@ pub(crate) struct PlacedField {
 pub(crate) enum Role {
     /// The value of this place.
     Value(usize, Conversion),
-    Sequence,
+    Sequence(Counting),
     /// Time; nanoseconds of one step.
     Time(f64),
     Status(Status),
@@ -91,13 +91,35 @@ pub(crate) struct Conversion {
     pub(crate) mask: Option<u64>,
     pub(crate) shift: u32,
     pub(crate) invert_from: Option<f64>,
-    pub(crate) missing: Option<f64>,
+    pub(crate) missing: Vec<f64>,
+    /// Words that stand for a missing value, in text.
+    pub(crate) missing_words: Vec<String>,
     /// SI value of one step.
     pub(crate) scale: f64,
     /// SI value of 0.
     pub(crate) offset: f64,
     /// SI.
     pub(crate) range: Option<[f64; 2]>,
+}
+
+/// How a counter counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Counting {
+    /// From one number to the next.
+    pub(crate) step: u64,
+    /// Number at which it begins again, where its type does not say it.
+    pub(crate) modulus: Option<u64>,
+    /// Frames of the same number.
+    pub(crate) repeats: u64,
+}
+
+impl Counting {
+    /// One by one.
+    pub(crate) const PLAIN: Self = Self {
+        step: 1,
+        modulus: None,
+        repeats: 1,
+    };
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +136,8 @@ impl Conversion {
             mask: None,
             shift: 0,
             invert_from: None,
-            missing: None,
+            missing: Vec::new(),
+            missing_words: Vec::new(),
             scale: 1.0,
             offset: 0.0,
             range: None,
@@ -123,10 +146,12 @@ impl Conversion {
 
     /// The value of a number, SI; NaN where it is missing; `None` outside its range.
     pub(crate) fn value(&self, number: f64) -> Option<f64> {
-        if self.missing == Some(number) {
+        if self.missing.contains(&number) {
             return Some(f64::NAN);
         }
         let number = match self.mask {
+            // The bits of a number below zero are those of its complement.
+            Some(mask) if number < 0.0 => ((number as i64).cast_unsigned() & mask) as f64,
             Some(mask) => (number as u64 & mask) as f64,
             None => number,
         };
@@ -148,7 +173,7 @@ impl Conversion {
     /// The number of a value, the inverse of [`Self::value`] up to rounding.
     pub(crate) fn number(&self, value: f64) -> f64 {
         if value.is_nan() {
-            return self.missing.unwrap_or(f64::NAN);
+            return self.missing.first().copied().unwrap_or(f64::NAN);
         }
         let number = (value - self.offset) / self.scale;
         let number = self.invert_from.map_or(number, |from| from - number);
@@ -167,13 +192,12 @@ impl PacketLayout {
         })
     }
 
-    /// Type of the counter.
-    pub(crate) fn sequence(&self) -> Option<Type> {
-        let sequence = self
-            .fields
-            .iter()
-            .find(|field| field.role == Role::Sequence);
-        sequence.map(|field| field.kind)
+    /// How the counter counts, and its type.
+    pub(crate) fn sequence(&self) -> Option<(Counting, Type)> {
+        self.fields.iter().find_map(|field| match field.role {
+            Role::Sequence(counting) => Some((counting, field.kind)),
+            _ => None,
+        })
     }
 
     /// Nanoseconds of one step of the clock, and its type.

@@ -1,20 +1,19 @@
 //! A line of text: which number is what.
 
 use super::description::{Decimal, Empty, FrameEnd, Lines, Packet};
-use super::field::Is;
-use super::layout::Conversion;
+use super::field::{Digits, Field, Is, Type, Within};
+use super::layout::{Conversion, Counting};
 use super::rules::{self, Broken, broken};
 use super::template::{Part, Template};
+use super::text_number::{TextNumber, is_no_number};
 use super::{Format, LONGEST_LINE, ValueOfBoard, unit};
 use crate::names;
-
-/// Longest number in a line, characters.
-const LONGEST_NUMBER: usize = 64;
 
 /// How lines are read and written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LineFormat {
-    pub(crate) end: Vec<u8>,
+    /// End of a line; none for a line feed or a carriage return, whichever comes.
+    end: Option<Vec<u8>>,
     pub(crate) longest: usize,
     pub(crate) frame: FrameEnd,
     templates: Vec<Vec<Piece>>,
@@ -23,7 +22,14 @@ pub(crate) struct LineFormat {
     delimiters: Vec<char>,
     empty: Option<Empty>,
     decimal: Decimal,
-    conversions: Vec<Conversion>,
+    values: Vec<TextValue>,
+}
+
+/// How a value is written, and what its number means.
+#[derive(Debug, Clone, PartialEq)]
+struct TextValue {
+    text: TextNumber,
+    conversion: Conversion,
 }
 
 /// A stretch of a line.
@@ -31,8 +37,11 @@ pub(crate) struct LineFormat {
 enum Piece {
     Words(String),
     Value(usize),
-    Sequence,
-    Time(f64),
+    Sequence(TextNumber, Counting),
+    /// Time; nanoseconds of one step.
+    Time(f64, TextNumber),
+    /// A status, and which are good; any where there is none.
+    Status(TextNumber, Vec<u64>),
     Skip,
 }
 
@@ -47,6 +56,8 @@ pub(crate) struct LineReading {
     pub(crate) completes: bool,
     /// True if a value lies outside its range.
     pub(crate) out_of_range: bool,
+    /// True if its status is not good.
+    pub(crate) bad_status: bool,
 }
 
 pub(super) fn resolve(
@@ -67,13 +78,17 @@ pub(super) fn resolve(
             help,
         ));
     }
+    if packet.order.is_some() {
+        let message = "lines have no order of bytes";
+        return Err(broken(&[&"packet", &"order"], message, "leave it out"));
+    }
     let longest = rules::longest(lines.longest, LONGEST_LINE, "lines")?;
     let mut values = Vec::new();
-    let mut conversions = Vec::new();
+    let mut texts = Vec::new();
     let templates = if lines.template.is_empty() {
-        vec![of_fields(packet, &mut values, &mut conversions)?]
+        vec![of_fields(packet, &mut values, &mut texts)?]
     } else {
-        of_templates(lines, packet, &mut values, &mut conversions)?
+        of_templates(lines, packet, &mut values, &mut texts)?
     };
     if values.is_empty() {
         let (key, help): (&[&dyn std::fmt::Display], _) = if lines.template.is_empty() {
@@ -121,10 +136,7 @@ pub(super) fn resolve(
         let help = "give delimiters without it, such as \";\"";
         return Err(broken(&[&"framing", &"lines", &"decimal"], message, help));
     }
-    let end: Vec<u8> = match &lines.end {
-        None => vec![b'\n'],
-        Some(end) => end.example().collect(),
-    };
+    let end = lines.end.as_ref().map(|end| end.example().collect());
     let format = LineFormat {
         end,
         longest,
@@ -134,7 +146,7 @@ pub(super) fn resolve(
         delimiters,
         empty: lines.empty,
         decimal: lines.decimal,
-        conversions,
+        values: texts,
     };
     Ok((Format::Lines(format), values))
 }
@@ -143,11 +155,12 @@ pub(super) fn resolve(
 fn of_fields(
     packet: &Packet,
     values: &mut Vec<ValueOfBoard>,
-    conversions: &mut Vec<Conversion>,
+    texts: &mut Vec<TextValue>,
 ) -> Result<Vec<Piece>, Broken> {
     let mut pieces = Vec::new();
     for (place, field) in packet.fields.iter().enumerate() {
-        rules::check_numbers(field, place)?;
+        rules::check_keys(field, Within::Line, place)?;
+        check_hexadecimal(field, place)?;
         let at = |key: &'static str, message: String| {
             broken(&[&"packet", &"fields", &place, &key], message, "")
         };
@@ -159,24 +172,40 @@ fn of_fields(
                     pieces.push(Piece::Value(values.len()));
                     let value = rules::value_of_board(name, field.unit.as_deref())
                         .map_err(|message| at("unit", message))?;
-                    conversions.push(rules::conversion(field, value.unit.si_per_unit, place)?);
+                    texts.push(TextValue {
+                        text: TextNumber::of(field),
+                        conversion: rules::conversion(field, value.unit.si_per_unit, place)?,
+                    });
                     values.push(value);
                 }
             }
-            Is::Sequence if pieces.contains(&Piece::Sequence) => {
-                return Err(at("is", "a second sequence; a line has one".into()));
+            Is::Sequence | Is::Time
+                if packet.fields[..place]
+                    .iter()
+                    .any(|other| other.is == field.is) =>
+            {
+                let second = if field.is == Is::Time {
+                    "time"
+                } else {
+                    "sequence"
+                };
+                return Err(at("is", format!("a second {second}; a line has one")));
             }
-            Is::Sequence => pieces.push(Piece::Sequence),
-            Is::Time if pieces.iter().any(|piece| matches!(piece, Piece::Time(_))) => {
-                return Err(at("is", "a second time; a line has one".into()));
+            Is::Sequence => {
+                let counting = rules::counting(field);
+                pieces.push(Piece::Sequence(TextNumber::of(field), counting));
             }
             Is::Time => {
                 let step = field.unit.as_deref().and_then(unit::of_time);
                 let step = step
                     .ok_or_else(|| at("unit", "a time needs its unit: s, ms, us or ns".into()))?;
-                pieces.push(Piece::Time(step * field.scale.unwrap_or(1.0)));
+                let scale = positive_scale(field, place)?;
+                pieces.push(Piece::Time(step * scale, TextNumber::of(field)));
             }
-            Is::Skip | Is::Status => pieces.push(Piece::Skip),
+            Is::Status => {
+                pieces.push(Piece::Status(TextNumber::of(field), field.good.clone()));
+            }
+            Is::Skip => pieces.push(Piece::Skip),
             Is::Mark | Is::Address | Is::Check => {
                 return Err(at(
                     "is",
@@ -188,11 +217,32 @@ fn of_fields(
     Ok(pieces)
 }
 
+/// Hexadecimal digits are those of whole numbers.
+fn check_hexadecimal(field: &Field, place: usize) -> Result<(), Broken> {
+    if field.digits == Some(Digits::Hexadecimal) && field.kind.is_some_and(Type::is_float) {
+        let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"type"];
+        let message = "hexadecimal digits are those of whole numbers";
+        return Err(broken(&path, message, "use u16, i16 or the like"));
+    }
+    Ok(())
+}
+
+/// Scale of the unit of a time.
+fn positive_scale(field: &Field, place: usize) -> Result<f64, Broken> {
+    let scale = field.scale.unwrap_or(1.0);
+    if scale > 0.0 && scale.is_finite() {
+        return Ok(scale);
+    }
+    let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"scale"];
+    let message = format!("{scale} is out of range: must be greater than 0");
+    Err(broken(&path, message, ""))
+}
+
 fn of_templates(
     lines: &Lines,
     packet: &Packet,
     values: &mut Vec<ValueOfBoard>,
-    conversions: &mut Vec<Conversion>,
+    texts: &mut Vec<TextValue>,
 ) -> Result<Vec<Vec<Piece>>, Broken> {
     let mut all = Vec::new();
     for (place, text) in lines.template.iter().enumerate() {
@@ -215,29 +265,48 @@ fn of_templates(
                         }
                         let value = rules::value_of_board(name, symbol.as_deref())
                             .map_err(|message| at(message).within(within.clone()))?;
-                        conversions.push(Conversion {
-                            scale: value.unit.si_per_unit,
-                            ..Conversion::plain()
+                        texts.push(TextValue {
+                            text: TextNumber::default(),
+                            conversion: Conversion {
+                                scale: value.unit.si_per_unit,
+                                ..Conversion::plain()
+                            },
                         });
                         pieces.push(Piece::Value(values.len()));
                         values.push(value);
                     }
                 }
-                Part::Sequence => pieces.push(Piece::Sequence),
-                Part::Time(step) => pieces.push(Piece::Time(step)),
+                Part::Sequence => {
+                    pieces.push(Piece::Sequence(TextNumber::default(), Counting::PLAIN));
+                }
+                Part::Time(step) => pieces.push(Piece::Time(step, TextNumber::default())),
                 Part::Skip => pieces.push(Piece::Skip),
             }
         }
         all.push(pieces);
     }
-    // The fields of the packet say more about values that the templates name.
+    // The fields of the packet say more about what the templates name.
     for (place, field) in packet.fields.iter().enumerate() {
+        rules::check_keys(field, Within::Template, place)?;
+        check_hexadecimal(field, place)?;
         let at = |key: &'static str, message: String| {
             broken(&[&"packet", &"fields", &place, &key], message, "")
         };
-        rules::check_numbers(field, place)?;
+        if matches!(field.is, Is::Sequence | Is::Time) {
+            if packet.fields[..place]
+                .iter()
+                .any(|other| other.is == field.is)
+            {
+                return Err(at("is", "it is described twice".into()));
+            }
+            if !say_more(&mut all, field, place)? {
+                return Err(at("is", "no template has it".into()));
+            }
+            continue;
+        }
         if field.is != Is::Value {
-            let message = "beside a template, fields only say what its values are";
+            let message =
+                "beside a template, fields only say more of its values, sequence and time";
             return Err(at("is", message.into()));
         }
         let names = names::expanded(field.name.as_deref().unwrap_or(""))
@@ -253,29 +322,90 @@ fn of_templates(
             let value =
                 rules::value_of_board(name, Some(symbol.as_str()).filter(|s| *s != "counts"))
                     .map_err(|message| at("unit", message))?;
-            conversions[found] = rules::conversion(field, value.unit.si_per_unit, place)?;
+            texts[found] = TextValue {
+                text: TextNumber::of(field),
+                conversion: rules::conversion(field, value.unit.si_per_unit, place)?,
+            };
             values[found] = value;
         }
     }
     Ok(all)
 }
 
+/// Takes what a field says of the sequence or the time of templates; false where none has it.
+fn say_more(all: &mut [Vec<Piece>], field: &Field, place: usize) -> Result<bool, Broken> {
+    let text_of_field = TextNumber::of(field);
+    let scale = positive_scale(field, place)?;
+    let unit = field.unit.as_deref().map(|unit| {
+        unit::of_time(unit).ok_or_else(|| {
+            let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"unit"];
+            broken(
+                &path,
+                "a unit of time is needed here",
+                "use one of: s, ms, us, ns",
+            )
+        })
+    });
+    let unit = unit.transpose()?;
+    let mut found = false;
+    for piece in all.iter_mut().flatten() {
+        match piece {
+            Piece::Sequence(text, counting) if field.is == Is::Sequence => {
+                (*text, *counting) = (text_of_field, rules::counting(field));
+                found = true;
+            }
+            Piece::Time(step, text) if field.is == Is::Time => {
+                (*step, *text) = (unit.unwrap_or(*step) * scale, text_of_field);
+                found = true;
+            }
+            _ => {}
+        }
+    }
+    Ok(found)
+}
+
 impl LineFormat {
-    pub(crate) fn has_sequence(&self) -> bool {
-        self.templates
-            .iter()
-            .flatten()
-            .any(|piece| *piece == Piece::Sequence)
+    /// How the counter of the frames counts, and its type.
+    pub(crate) fn sequence(&self) -> Option<(Counting, Option<Type>)> {
+        let mut pieces = self.templates.iter().flatten();
+        pieces.find_map(|piece| match piece {
+            Piece::Sequence(text, counting) => Some((*counting, text.kind)),
+            _ => None,
+        })
     }
 
-    pub(crate) fn time_step_ns(&self) -> Option<f64> {
-        self.templates
-            .iter()
-            .flatten()
-            .find_map(|piece| match piece {
-                Piece::Time(step) => Some(*step),
-                _ => None,
-            })
+    /// Nanoseconds of one step of the clock, and its type.
+    pub(crate) fn time(&self) -> Option<(f64, Option<Type>)> {
+        let mut pieces = self.templates.iter().flatten();
+        pieces.find_map(|piece| match piece {
+            Piece::Time(step, text) => Some((*step, text.kind)),
+            _ => None,
+        })
+    }
+
+    /// Type, where it has one, and conversion of a value.
+    pub(crate) fn value(&self, place: usize) -> Option<(Option<Type>, &Conversion)> {
+        let value = self.values.get(place)?;
+        Some((value.text.kind, &value.conversion))
+    }
+
+    /// Bytes to the end of the line that begins with `bytes[0]`, of which the first `searched`
+    /// were looked at, and to the next; `None` before it ends.
+    pub(crate) fn line_end(&self, bytes: &[u8], searched: usize) -> Option<(usize, usize)> {
+        let Some(end) = &self.end else {
+            let ends = bytes[searched..].iter();
+            let at = searched
+                + ends
+                    .clone()
+                    .position(|byte| matches!(byte, b'\n' | b'\r'))?;
+            return Some((at, at + 1));
+        };
+        // An end may have begun before.
+        let from = searched.saturating_sub(end.len() - 1);
+        let at = bytes[from..]
+            .windows(end.len())
+            .position(|window| window == end)?;
+        Some((from + at, from + at + end.len()))
     }
 
     /// True if a line that lost its beginning may look like a whole one.
@@ -287,6 +417,13 @@ impl LineFormat {
 
     /// What a line says; `None` for one that fits no template.
     pub(crate) fn read(&self, line: &str) -> Option<LineReading> {
+        let plain;
+        let line = if line.contains('\u{1b}') {
+            plain = without_colours(line);
+            &plain
+        } else {
+            line
+        };
         let line = line.strip_suffix('\r').unwrap_or(line);
         self.templates
             .iter()
@@ -318,31 +455,32 @@ impl LineFormat {
             }
             behind_number = true;
             let next_words = match pieces.get(place + 1) {
-                Some(Piece::Words(words)) => words.trim_start().chars().next(),
+                Some(Piece::Words(words)) => Some(words.as_str()),
                 _ => None,
             };
-            let token_end = rest
-                .find(|c| self.delimiters.contains(&c) || Some(c) == next_words)
-                .unwrap_or(rest.len());
-            let (token, behind) = rest.split_at(token_end);
+            let (token, behind) = self.token(rest, next_words);
             match piece {
                 Piece::Skip | Piece::Words(_) => {}
                 Piece::Value(value) => {
-                    let number = self.number(token)?;
-                    let converted = if number.is_nan() {
-                        Some(f64::NAN)
-                    } else {
-                        self.conversions.get(*value)?.value(number)
+                    let TextValue { text, conversion } = self.values.get(*value)?;
+                    let converted = match self.number(token, *text, &conversion.missing_words)? {
+                        missing if missing.is_nan() => Some(f64::NAN),
+                        number => conversion.value(number),
                     };
                     reading.out_of_range |= converted.is_none();
                     reading.values.push((*value, converted.unwrap_or(f64::NAN)));
                 }
-                Piece::Sequence => {
-                    reading.sequence = Some(token.trim().parse().ok()?);
+                Piece::Sequence(text, _) => {
+                    reading.sequence = Some(text.whole(token.trim())?);
                 }
-                Piece::Time(_) => {
-                    let time = self.number(token).filter(|time| time.is_finite())?;
-                    reading.time = Some(time);
+                Piece::Time(_, text) => {
+                    let time = self.number(token, *text, &[])?;
+                    reading.time = Some(time).filter(|time| time.is_finite());
+                    reading.time?;
+                }
+                Piece::Status(text, good) => {
+                    let status = text.whole(token.trim())?;
+                    reading.bad_status |= !good.is_empty() && !good.contains(&status);
                 }
             }
             rest = behind;
@@ -374,28 +512,48 @@ impl LineFormat {
         (behind.len() < text.len()).then_some(behind)
     }
 
+    /// The text of a number, which words may follow, and what is behind it.
+    fn token<'a>(&self, rest: &'a str, next_words: Option<&str>) -> (&'a str, &'a str) {
+        // A number in quotes may hold a delimiter: `"51,72"`.
+        if let Some(inside) = rest.strip_prefix('"')
+            && let Some(end) = inside.find('"')
+        {
+            return (&rest[..end + 2], &inside[end + 1..]);
+        }
+        let blank = next_words.is_some_and(|words| words.starts_with(char::is_whitespace));
+        // The next word ends a number where it cannot be a part of it.
+        let word = next_words.and_then(|words| words.trim_start().chars().next());
+        let word = word.filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c));
+        let ends = |c: char| {
+            self.delimiters.contains(&c) || (blank && c.is_whitespace()) || Some(c) == word
+        };
+        rest.split_at(rest.find(ends).unwrap_or(rest.len()))
+    }
+
     /// A number; NaN where there is none and that means a missing one.
-    fn number(&self, token: &str) -> Option<f64> {
+    fn number(&self, token: &str, text: TextNumber, missing: &[String]) -> Option<f64> {
         let token = token.trim();
+        let quoted = token
+            .strip_prefix('"')
+            .and_then(|rest| rest.strip_suffix('"'));
+        let token = quoted.map_or(token, str::trim);
         if token.is_empty() {
             return self.empty.map(|Empty::Missing| f64::NAN);
         }
-        if token.eq_ignore_ascii_case("nan") || token == "null" {
+        if missing.iter().any(|word| word == token) {
             return Some(f64::NAN);
         }
-        if token.len() > LONGEST_NUMBER
-            || !token
-                .bytes()
-                .all(|c| c.is_ascii_digit() || b"+-.,eE".contains(&c))
-        {
-            return None;
+        if let Some(number) = match (self.decimal, quoted) {
+            (Decimal::Comma, _) if token.contains('.') => None,
+            (Decimal::Comma, _) => text.read(&token.replace(',', ".")),
+            (Decimal::Point, Some(_)) if !token.contains('.') => {
+                text.read(&token.replace(',', "."))
+            }
+            (Decimal::Point, _) => text.read(token),
+        } {
+            return Some(number);
         }
-        let number = match self.decimal {
-            Decimal::Point => token.parse(),
-            Decimal::Comma if token.contains('.') => return None,
-            Decimal::Comma => token.replace(',', ".").parse(),
-        };
-        number.ok().filter(|number: &f64| number.is_finite())
+        is_no_number(token).then_some(f64::NAN)
     }
 
     /// The lines of a frame.
@@ -416,33 +574,41 @@ impl LineFormat {
                 match piece {
                     Piece::Value(value) => {
                         let number = values.get(*value).copied().unwrap_or(f64::NAN);
-                        let number = self.conversions[*value].number(number);
-                        line.push_str(&self.text_of(number));
+                        let TextValue { text, conversion } = &self.values[*value];
+                        let number = conversion.number(number);
+                        match conversion.missing_words.first() {
+                            Some(word) if number.is_nan() => line.push_str(word),
+                            _ => line.push_str(&self.text_of(number, *text)),
+                        }
                     }
-                    Piece::Sequence => line.push_str(&sequence.to_string()),
-                    Piece::Time(step) => {
-                        line.push_str(&self.text_of(time_ns as f64 / step));
+                    Piece::Sequence(text, _) => line.push_str(&text.write(sequence as f64)),
+                    Piece::Time(step, text) => {
+                        let steps = time_ns as f64 / step;
+                        let whole = text.kind.is_some_and(|kind| !kind.is_float());
+                        let steps = if whole { steps.round() } else { steps };
+                        line.push_str(&self.text_of(steps, *text));
+                    }
+                    Piece::Status(text, good) => {
+                        let good = good.first().copied().unwrap_or(0);
+                        line.push_str(&text.write(good as f64));
                     }
                     Piece::Skip => line.push('0'),
                     Piece::Words(_) => {}
                 }
             }
             out.extend_from_slice(line.as_bytes());
-            if self.end == [b'\n'] {
-                out.push(b'\r');
-            }
-            out.extend_from_slice(&self.end);
+            out.extend_from_slice(self.end.as_deref().unwrap_or(b"\r\n"));
         }
     }
 
-    fn text_of(&self, number: f64) -> String {
+    fn text_of(&self, number: f64, text: TextNumber) -> String {
         if number.is_nan() {
             return match self.empty {
                 Some(Empty::Missing) => String::new(),
                 None => "nan".into(),
             };
         }
-        let text = number.to_string();
+        let text = text.write(number);
         match self.decimal {
             Decimal::Point => text,
             Decimal::Comma => text.replace('.', ","),
@@ -450,19 +616,36 @@ impl LineFormat {
     }
 }
 
-/// What follows the words; a blank in them matches any run of blanks.
+/// What follows the words. A blank in them matches a run of blanks, and none where nothing runs
+/// together without it: a number stands alone.
 fn after_words<'a>(words: &str, text: &'a str) -> Option<&'a str> {
     let mut rest = text;
-    let begins_blank = words.starts_with(char::is_whitespace);
-    for (place, word) in words.split_whitespace().enumerate() {
-        if place > 0 || begins_blank {
+    let mut blank = words.starts_with(char::is_whitespace);
+    let ends_blank = words.ends_with(char::is_whitespace);
+    let mut words = words.split_whitespace().peekable();
+    while let Some(word) = words.next() {
+        if blank {
             rest = rest.trim_start();
         }
         rest = rest.strip_prefix(word)?;
+        blank = words.peek().is_some() || ends_blank;
+        // `1 2` is not in `12`, nor `1 ` in `10`.
+        let runs = |c: char| c.is_alphanumeric() || c == '.';
+        if blank && word.ends_with(runs) && rest.starts_with(runs) {
+            return None;
+        }
     }
-    Some(if words.ends_with(char::is_whitespace) || begins_blank {
-        rest.trim_start()
-    } else {
-        rest
-    })
+    Some(if blank { rest.trim_start() } else { rest })
+}
+
+/// A line without the codes that colour it on a terminal (`ESC [ … m`).
+fn without_colours(line: &str) -> String {
+    let mut pieces = line.split("\u{1b}[");
+    let mut plain = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let is_code = |c: char| c.is_ascii_digit() || c == ';';
+        let behind = piece.trim_start_matches(is_code);
+        plain.push_str(behind.strip_prefix('m').unwrap_or(behind));
+    }
+    plain
 }

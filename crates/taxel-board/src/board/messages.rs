@@ -1,9 +1,10 @@
 //! Several messages that make a frame: CAN messages as text, JSON objects.
 
 use super::description::{Carrier, Framing, Id, Message, MessageFrame, Messages, Packet, Stuffed};
-use super::field::{Digits, Field, Is, Type};
-use super::layout::{Conversion, FrameRule, PacketLayout, Status};
+use super::field::{Digits, Field, Is, Type, Within};
+use super::layout::{Conversion, Counting, FrameRule, PacketLayout, Status};
 use super::rules::{self, Broken, broken};
+use super::text_number::TextNumber;
 use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, placement, unit};
 use crate::names::{self, MOST_VALUES};
 
@@ -52,8 +53,7 @@ pub(crate) enum Body {
 pub(crate) struct JsonField {
     /// JSON pointer (RFC 6901).
     pub(crate) pointer: String,
-    pub(crate) digits: Digits,
-    pub(crate) kind: Option<Type>,
+    pub(crate) text: TextNumber,
     pub(crate) role: JsonRole,
 }
 
@@ -66,7 +66,7 @@ pub(crate) enum JsonRole {
         count: usize,
         conversion: Conversion,
     },
-    Sequence,
+    Sequence(Counting),
     /// Time; nanoseconds of one unit.
     Time(f64),
     Status(Status),
@@ -98,26 +98,27 @@ impl MessageFormat {
                     first,
                     count,
                     conversion,
-                } if (*first..first + count).contains(&place) => Some((field.kind, conversion)),
+                } if (*first..first + count).contains(&place) => {
+                    Some((field.text.kind, conversion))
+                }
                 _ => None,
             }),
         }
     }
 
     /// Numbers of the counter before it begins again.
-    pub(crate) fn counter(&self) -> Counter {
-        let counter = self
-            .messages
+    pub(crate) fn counter(&self) -> Option<Counter> {
+        self.messages
             .iter()
             .find_map(|message| match &message.body {
-                Body::Bytes(layout) => layout.sequence().map(Counter::of),
-                Body::Json(fields) => {
-                    let counter = |field: &&JsonField| field.role == JsonRole::Sequence;
-                    let field = fields.iter().find(counter)?;
-                    Some(field.kind.map_or(Counter::Endless, Counter::of))
-                }
-            });
-        counter.unwrap_or(Counter::None)
+                Body::Bytes(layout) => layout
+                    .sequence()
+                    .map(|(counting, kind)| Counter::new(counting, Some(kind))),
+                Body::Json(fields) => fields.iter().find_map(|field| match field.role {
+                    JsonRole::Sequence(counting) => Some(Counter::new(counting, field.text.kind)),
+                    _ => None,
+                }),
+            })
     }
 
     /// Nanoseconds of one step of the clock, and its type.
@@ -127,7 +128,7 @@ impl MessageFormat {
             .find_map(|message| match &message.body {
                 Body::Bytes(layout) => layout.time().map(|(step, kind)| (step, Some(kind))),
                 Body::Json(fields) => fields.iter().find_map(|field| match field.role {
-                    JsonRole::Time(step) => Some((step, field.kind)),
+                    JsonRole::Time(step) => Some((step, field.text.kind)),
                     _ => None,
                 }),
             })
@@ -344,8 +345,9 @@ fn of_json(message: &Message, place: usize) -> Result<(Body, Vec<ValueOfBoard>),
         let at = |key: &'static str, text: String, help: &str| {
             broken(&[&"message", &place, &"fields", &number, &key], text, help)
         };
-        check_json_keys(field).map_err(|(key, text, help)| at(key, text, help))?;
-        rules::check_numbers(field, number).map_err(|broken| broken.in_message(place))?;
+        rules::check_keys(field, Within::Json, number)
+            .map_err(|broken| broken.in_message(place))?;
+        check_json(field).map_err(|(key, text, help)| at(key, text, help))?;
         let Some(key) = &field.key else {
             let text = "where does it stand in the object?".to_owned();
             return Err(at("is", text, "add key, such as key = \"1/data\""));
@@ -388,7 +390,7 @@ fn of_json(message: &Message, place: usize) -> Result<(Body, Vec<ValueOfBoard>),
                 let text = "a message has one of each: a sequence and a time".to_owned();
                 return Err(at("is", text, "leave out the second"));
             }
-            Is::Sequence => JsonRole::Sequence,
+            Is::Sequence => JsonRole::Sequence(rules::counting(field)),
             Is::Time => {
                 let step = field.unit.as_deref().and_then(unit::of_time);
                 let step = step.ok_or_else(|| {
@@ -418,32 +420,17 @@ fn of_json(message: &Message, place: usize) -> Result<(Body, Vec<ValueOfBoard>),
         };
         fields.push(JsonField {
             pointer: pointer(key),
-            digits: field.digits,
-            kind: field.kind,
+            text: TextNumber::of(field),
             role,
         });
     }
     Ok((Body::Json(fields), values))
 }
 
-/// Keys of a field that JSON does not have.
-fn check_json_keys(field: &Field) -> Result<(), (&'static str, String, &'static str)> {
-    for (given, key) in [
-        (field.at.is_some(), "at"),
-        (field.bit.is_some(), "bit"),
-        (field.bytes.is_some(), "bytes"),
-        (field.order.is_some(), "order"),
-        (field.equals.is_some(), "equals"),
-        (field.count.is_some(), "count"),
-        (field.first.is_some(), "first"),
-    ] {
-        if given {
-            let text = "a JSON message has no bytes of its own".to_owned();
-            return Err((key, text, "leave it out; key says where the field stands"));
-        }
-    }
+/// What the text of a field in JSON may be.
+fn check_json(field: &Field) -> Result<(), (&'static str, String, &'static str)> {
     let whole = field.kind.is_none_or(|kind| !kind.is_float());
-    if field.digits == Digits::Hexadecimal && !whole {
+    if field.digits == Some(Digits::Hexadecimal) && !whole {
         let text = "hexadecimal digits are those of whole numbers".to_owned();
         return Err(("type", text, "use u16, i16 or the like"));
     }

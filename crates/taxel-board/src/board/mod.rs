@@ -14,6 +14,7 @@ mod placement;
 mod resolve;
 mod rules;
 mod template;
+pub(crate) mod text_number;
 mod unit;
 mod wording;
 
@@ -28,13 +29,13 @@ pub use description::{
 };
 pub use field::{Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
-pub use one_or_several::{Amount, Texts, Whole, Wholes};
+pub use one_or_several::{Amount, Missing, Missings, Texts, Whole, Wholes};
 pub use order::Order;
 
 pub(crate) use resolve::counted;
 pub(crate) use rules::shortened;
 
-use layout::{Conversion, FrameRule, PacketLayout};
+use layout::{Conversion, Counting, FrameRule, PacketLayout};
 use line::LineFormat;
 use messages::MessageFormat;
 
@@ -244,15 +245,19 @@ impl Board {
         }
     }
 
-    /// Numbers of the counter before it begins again; `None` without a counter, and for one
-    /// that is text.
-    pub(crate) fn counter(&self) -> Counter {
+    /// The counter of its frames, where it has one.
+    pub(crate) fn counter(&self) -> Option<Counter> {
+        let of_type = |(counting, kind)| Counter::new(counting, kind);
         match &self.format {
-            Format::Packet(layout) => layout.sequence().map_or(Counter::None, Counter::of),
+            Format::Packet(layout) => {
+                let typed = |(counting, kind)| Counter::new(counting, Some(kind));
+                layout.sequence().map(typed)
+            }
             Format::Messages(messages) => messages.counter(),
-            Format::Lines(lines) if lines.has_sequence() => Counter::Endless,
-            Format::Lines(_) => Counter::None,
-            Format::BuiltIn(BuiltIn::Papillarray) => Counter::Wraps(1 << 32),
+            Format::Lines(lines) => lines.sequence().map(of_type),
+            Format::BuiltIn(BuiltIn::Papillarray) => {
+                Some(Counter::new(Counting::PLAIN, Some(Type::Unsigned(4))))
+            }
         }
     }
 
@@ -265,10 +270,9 @@ impl Board {
             Format::Messages(messages) => messages
                 .time()
                 .map(|(step_ns, kind)| DeviceClock::new(step_ns, kind)),
-            Format::Lines(lines) => lines.time_step_ns().map(|step_ns| DeviceClock {
-                step_ns,
-                modulus: None,
-            }),
+            Format::Lines(lines) => lines
+                .time()
+                .map(|(step_ns, kind)| DeviceClock::new(step_ns, kind)),
             Format::BuiltIn(BuiltIn::Papillarray) => Some(DeviceClock {
                 step_ns: 1e3,
                 modulus: None,
@@ -291,24 +295,60 @@ impl Board {
         match &self.format {
             Format::Packet(layout) => layout.value(place % layout.values.max(1)),
             Format::Messages(messages) => messages.value(place),
-            Format::Lines(_) | Format::BuiltIn(_) => None,
+            Format::Lines(lines) => lines.value(place),
+            Format::BuiltIn(_) => None,
         }
     }
 }
 
-/// Counter of a board.
+/// Counter of the frames of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counter {
-    None,
-    /// Begins again after so many.
-    Wraps(u64),
-    Endless,
+pub(crate) struct Counter {
+    counting: Counting,
+    /// Its numbers on the wire; `None` for text, which does not end.
+    numbers: Option<u64>,
 }
 
 impl Counter {
-    /// A counter of this type.
-    pub(crate) fn of(kind: Type) -> Self {
-        Self::Wraps(modulus(kind))
+    /// A counter that counts so, of this type; text has none.
+    fn new(counting: Counting, kind: Option<Type>) -> Self {
+        let whole = kind.filter(|kind| !kind.is_float());
+        Self {
+            counting,
+            numbers: counting.modulus.or(whole.map(modulus)),
+        }
+    }
+
+    /// Numbers on the wire; `None` for text, which does not end.
+    pub(crate) fn numbers(&self) -> Option<u64> {
+        self.numbers
+    }
+
+    /// Frames that are told apart before it begins again.
+    pub(crate) fn frames(&self) -> Option<u64> {
+        let Counting { step, repeats, .. } = self.counting;
+        self.numbers.map(|numbers| numbers / step * repeats)
+    }
+
+    /// From one number to the next, and frames of the same number.
+    pub(crate) fn counts(&self) -> [u64; 2] {
+        [self.counting.step, self.counting.repeats]
+    }
+
+    /// The number of a frame whose counter reads `raw`, `before` frames behind the first with it.
+    pub(crate) fn frame(&self, raw: u64, before: u64) -> u64 {
+        let Counting { step, repeats, .. } = self.counting;
+        let number = raw / step;
+        number
+            .wrapping_mul(repeats)
+            .wrapping_add(before.min(repeats - 1))
+    }
+
+    /// What the counter reads in the frame of this number.
+    pub(crate) fn raw(&self, frame: u64) -> u64 {
+        let Counting { step, repeats, .. } = self.counting;
+        let raw = (frame / repeats).wrapping_mul(step);
+        self.numbers.map_or(raw, |numbers| raw % numbers)
     }
 }
 

@@ -77,6 +77,41 @@ pub(super) fn wholes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u
     }
 }
 
+/// What stands in the place of a reading: a number, or a word of a line.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a number is needed here, or a word such as \"over\""
+)]
+pub enum Missing {
+    /// The number itself.
+    Number(f64),
+    /// A word.
+    Word(String),
+}
+
+/// One or several of them.
+#[derive(Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a number is needed here, or a word such as \"over\", or a list of them"
+)]
+pub enum Missings {
+    /// One.
+    One(Missing),
+    /// Several.
+    Several(Vec<Missing>),
+}
+
+pub(super) fn missing<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Missing>, D::Error> {
+    Ok(match Missings::deserialize(deserializer)? {
+        Missings::One(one) => vec![one],
+        Missings::Several(several) => several,
+    })
+}
+
 /// A number, or text with a unit.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(

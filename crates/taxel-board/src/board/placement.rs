@@ -1,7 +1,7 @@
 //! Places of the fields of a packet, one behind the other, and rules between them.
 
 use super::description::{Check, Framing, Packet};
-use super::field::{Field, Is, Type};
+use super::field::{Field, Is, Type, Within};
 use super::layout::{AddressRange, PacketLayout, PlacedCheck, PlacedField, Role, Status};
 use super::rules::{self, Broken, broken, conversion, value_of_board};
 use super::{MOST_LONGEST, ValueOfBoard, unit};
@@ -71,15 +71,8 @@ impl Placement<'_> {
         let at = |key: &'static str, message: String, help: &str| {
             broken(&[&"packet", &"fields", &place, &key], message, help)
         };
-        self.check_keys(place)?;
-        if field.key.is_some() {
-            let message = "a packet of bytes has no keys".to_owned();
-            return Err(at(
-                "key",
-                message,
-                "use `at` for the place of its first byte",
-            ));
-        }
+        rules::check_keys(field, Within::Bytes, place)?;
+        self.check_needs(place)?;
         let names = match &field.name {
             Some(pattern) => names::expanded(pattern).map_err(|message| at("name", message, ""))?,
             None => Vec::new(),
@@ -155,8 +148,8 @@ impl Placement<'_> {
         }
     }
 
-    /// Keys that do not belong to what the field is, and those that it needs.
-    fn check_keys(&self, place: usize) -> Result<(), Broken> {
+    /// Keys that a field needs, and what they may be.
+    fn check_needs(&self, place: usize) -> Result<(), Broken> {
         let field = &self.packet.fields[place];
         let at = |key: &'static str, message: &str, help: &str| {
             Err(broken(&[&"packet", &"fields", &place, &key], message, help))
@@ -189,26 +182,7 @@ impl Placement<'_> {
         if field.bits.values().any(|bit| *bit > 63) {
             return at("bits", "a bit is a number from 0 to 63", "");
         }
-        if field.is == Is::Skip && field.bytes.is_none() && field.kind.is_none() {
-            return at("is", "how much is skipped?", "add bytes = 2, or a type");
-        }
-        if field.is == Is::Mark && field.bytes.is_none() && field.equals.is_none() {
-            return at(
-                "is",
-                "the mark has no bytes",
-                "add bytes = 2, or equals = \"aa 07\"",
-            );
-        }
-        if field.is == Is::Mark && place > 0 && field.equals.is_none() && field.kind.is_none() {
-            let last = place + 1 == self.packet.fields.len();
-            if !last {
-                return at(
-                    "is",
-                    "nothing says what bytes stand there",
-                    "add equals = \"aa 07\", or use is = \"skip\"",
-                );
-            }
-        }
+        self.check_bytes(place)?;
         if field.is == Is::Value && field.name.is_none() {
             return at(
                 "is",
@@ -246,7 +220,52 @@ impl Placement<'_> {
         if field.at.is_some_and(|at| at > MOST_LONGEST) || field.bit.is_some_and(|bit| bit > 4096) {
             return at("at", "lies behind the longest packet", "");
         }
-        rules::check_numbers(field, place)
+        Ok(())
+    }
+
+    /// How many bytes a mark has, or what is skipped, and which.
+    fn check_bytes(&self, place: usize) -> Result<(), Broken> {
+        let field = &self.packet.fields[place];
+        let at = |key: &'static str, message: &str, help: &str| {
+            Err(broken(&[&"packet", &"fields", &place, &key], message, help))
+        };
+        if field.is == Is::Skip && field.bytes.is_none() && field.kind.is_none() {
+            return at("is", "how much is skipped?", "add bytes = 2, or a type");
+        }
+        if field.is == Is::Mark && field.bytes.is_none() && field.equals.is_none() {
+            return at(
+                "is",
+                "the mark has no bytes",
+                "add bytes = 2, or equals = \"aa 07\"",
+            );
+        }
+        if field.is == Is::Mark && place > 0 && field.equals.is_none() && field.kind.is_none() {
+            let last = place + 1 == self.packet.fields.len();
+            if !last {
+                return at(
+                    "is",
+                    "nothing says what bytes stand there",
+                    "add equals = \"aa 07\", or use is = \"skip\"",
+                );
+            }
+        }
+        if let (Some(bytes), Some(equals)) = (field.bytes, &field.equals)
+            && bytes != equals.len()
+        {
+            return at(
+                "bytes",
+                "the mark has another number of bytes",
+                "leave it out",
+            );
+        }
+        if field.is == Is::Skip && field.bytes.is_some() && field.kind.is_some() {
+            return at(
+                "type",
+                "how much is skipped is said twice",
+                "leave out `bytes` or `type`",
+            );
+        }
+        Ok(())
     }
 
     fn role(
@@ -288,8 +307,10 @@ impl Placement<'_> {
                 Role::Value(self.values.len() - 1, conversion)
             }
             Is::Sequence => {
-                only(&self.fields, "sequence", |role| *role == Role::Sequence)?;
-                Role::Sequence
+                only(&self.fields, "sequence", |role| {
+                    matches!(role, Role::Sequence(_))
+                })?;
+                Role::Sequence(rules::counting(field))
             }
             Is::Time => {
                 only(&self.fields, "time", |role| matches!(role, Role::Time(_)))?;
@@ -391,6 +412,7 @@ impl Placement<'_> {
             }
             length = fixed.length;
         }
+        self.check_marks(length, tail_bytes)?;
         let values = self.values.len();
         let check = check.map(|(mut placed, at)| {
             placed.from_end = length - at;
@@ -422,6 +444,35 @@ impl Placement<'_> {
             },
             values_of_board,
         ))
+    }
+
+    /// Refuses fields that lie over the head or the tail: what stands there is known.
+    fn check_marks(&self, length: usize, tail: usize) -> Result<(), Broken> {
+        let head = self.head.map_or(0, BytePattern::len);
+        for (from, to, place) in &self.taken {
+            let field = &self.packet.fields[*place];
+            if matches!(field.is, Is::Mark | Is::Skip) {
+                continue;
+            }
+            let [first, last] = [from / 8, to.div_ceil(8)];
+            let what = match (first < head, last > length - tail.min(length)) {
+                (true, _) => "head",
+                (_, true) => "tail",
+                _ => continue,
+            };
+            let message = format!(
+                "the field lies over bytes {first} to {} of {length}, where the {what} stands",
+                last.saturating_sub(1)
+            );
+            let key = if field.at.is_some() { "at" } else { "is" };
+            let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", place, &key];
+            return Err(broken(
+                &path,
+                message,
+                "move it, or give the packet its whole length",
+            ));
+        }
+        Ok(())
     }
 
     /// The check and the place of its first byte; `end` is moved behind it.

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use taxel_recording::{Quantity, SignalUnit};
 
-use super::field::{Field, Is, Type};
-use super::layout::Conversion;
-use super::one_or_several::Amount;
+use super::field::{Field, Is, Type, Within};
+use super::layout::{Conversion, Counting};
+use super::one_or_several::{Amount, Missing};
 use super::{MOST_LONGEST, ValueOfBoard, unit};
 
 /// A broken rule: where, what, and what to do.
@@ -88,26 +88,72 @@ pub(crate) fn longest(given: Option<usize>, default: usize, kind: &str) -> Resul
     }
 }
 
-/// Refuses what only a reading has in a field that is none, and what its type cannot hold.
-pub(super) fn check_numbers(field: &Field, place: usize) -> Result<(), Broken> {
+/// Refuses keys that say nothing of a field, and what its type cannot hold.
+pub(super) fn check_keys(field: &Field, within: Within, place: usize) -> Result<(), Broken> {
+    if let Some((key, help)) = field.meaningless(within) {
+        let message = format!("`{key}` says nothing of {}", field.called(within));
+        return Err(broken(&[&"packet", &"fields", &place, &key], message, help));
+    }
+    check_numbers(field, within, place)?;
+    check_counting(field, place)
+}
+
+/// What a sequence needs to count.
+fn check_counting(field: &Field, place: usize) -> Result<(), Broken> {
+    for (key, given) in [
+        ("step", field.step),
+        ("modulus", field.modulus),
+        ("repeats", field.repeats),
+    ] {
+        let least = if key == "modulus" { 2 } else { 1 };
+        if let Some(given) = given.filter(|given| !(least..=LARGEST_COUNT).contains(given)) {
+            let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &key];
+            let message =
+                format!("{given} is out of range: must be from {least} to {LARGEST_COUNT}");
+            return Err(broken(&path, message, ""));
+        }
+    }
+    let whole = field
+        .kind
+        .filter(|kind| !kind.is_float() && kind.bits() < 63);
+    let of_type = whole.map(|kind| 1_u64 << kind.bits());
+    if let (Some(modulus), Some(most)) = (field.modulus, of_type)
+        && modulus > most
+    {
+        let message = format!("{modulus} is out of range: the type has {most} numbers");
+        let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"modulus"];
+        return Err(broken(&path, message, ""));
+    }
+    if let (Some(step), Some(numbers)) = (field.step, field.modulus.or(of_type))
+        && numbers % step != 0
+    {
+        let message = format!("{numbers} numbers are no multiple of {step}");
+        let help = "give `modulus`: the number at which the counter begins again from 0";
+        let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"step"];
+        return Err(broken(&path, message, help));
+    }
+    Ok(())
+}
+
+/// Largest number that says how a counter counts.
+const LARGEST_COUNT: u64 = 1 << 40;
+
+/// Refuses what the type of a field cannot hold.
+fn check_numbers(field: &Field, within: Within, place: usize) -> Result<(), Broken> {
     let at = |key: &'static str, message: String, help: &str| {
         broken(&[&"packet", &"fields", &place, &key], message, help)
     };
-    if field.is != Is::Value {
-        for (given, key) in [
-            (field.offset.is_some(), "offset"),
-            (field.mask.is_some(), "mask"),
-            (field.shift.is_some(), "shift"),
-            (field.invert_from.is_some(), "invert_from"),
-            (field.range.is_some(), "range"),
-            (field.missing.is_some(), "missing"),
-        ] {
-            if given {
-                let message = format!("only a field that is a value has `{key}`");
-                let help = "leave it out; type = \"bits(12)\" takes part of a number";
-                return Err(at(key, message, help));
-            }
-        }
+    let word = |missing: &Missing| matches!(missing, Missing::Word(_));
+    if within == Within::Bytes && field.missing.iter().any(word) {
+        let message = "a packet of bytes has no words".to_owned();
+        return Err(at("missing", message, "write the number that stands there"));
+    }
+    let one_byte = field
+        .kind
+        .is_some_and(|kind| !kind.is_bits() && kind.bits() == 8);
+    if field.order.is_some() && one_byte {
+        let message = "one byte has no order".to_owned();
+        return Err(at("order", message, "leave it out"));
     }
     let Some(kind) = field.kind.filter(|kind| !kind.is_float()) else {
         return Ok(());
@@ -116,7 +162,11 @@ pub(super) fn check_numbers(field: &Field, place: usize) -> Result<(), Broken> {
     let [least, most] = limits;
     let span = format!("from {least} to {most}");
     let held = |number: f64| number.fract() == 0.0 && (least..=most).contains(&number);
-    if let Some(missing) = field.missing.filter(|missing| !held(*missing)) {
+    let numbers = field.missing.iter().filter_map(|missing| match missing {
+        Missing::Number(number) => Some(*number),
+        Missing::Word(_) => None,
+    });
+    if let Some(missing) = numbers.clone().find(|missing| !held(*missing)) {
         let message = format!("{missing} never comes: {kind} holds whole numbers {span}");
         return Err(at("missing", message, ""));
     }
@@ -169,7 +219,7 @@ fn check_reached(conversion: &Conversion, kind: Option<Type>) -> Result<(), Stri
     };
     let free = Conversion {
         mask: None,
-        missing: None,
+        missing: Vec::new(),
         range: None,
         ..conversion.clone()
     };
@@ -194,14 +244,28 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
         let message = format!("{scale} is out of range: its size must be from 1e-30 to 1e30");
         return Err(at("scale", message, ""));
     }
-    for (key, number) in [
-        ("offset", field.offset),
-        ("invert_from", field.invert_from),
-        ("missing", field.missing),
-    ] {
-        if number.is_some_and(|number| !number.is_finite() || number.abs() > 1e30) {
+    let mut missing = Vec::new();
+    let mut missing_words = Vec::new();
+    for one in &field.missing {
+        match one {
+            Missing::Number(number) => missing.push(*number),
+            Missing::Word(word) => missing_words.push(word.clone()),
+        }
+    }
+    let given = [("offset", field.offset), ("invert_from", field.invert_from)];
+    let given = given
+        .iter()
+        .filter_map(|(key, number)| Some((*key, (*number)?)));
+    let numbers = missing.iter().map(|number| ("missing", *number));
+    for (key, number) in given.chain(numbers) {
+        if !number.is_finite() || number.abs() > 1e30 {
             return Err(at(key, "must be a number of at most 1e30".into(), ""));
         }
+    }
+    let spoken = |word: &&String| word.trim().is_empty() || word.contains(char::is_whitespace);
+    if let Some(word) = missing_words.iter().find(spoken) {
+        let message = format!("\"{word}\" is no word of a line");
+        return Err(at("missing", message, "write it without blanks"));
     }
     if (field.mask.is_some() || field.shift.is_some())
         && field.kind.is_some_and(|kind| !kind.is_unsigned())
@@ -242,7 +306,8 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
         mask: field.mask,
         shift: field.shift.unwrap_or(0),
         invert_from: field.invert_from,
-        missing: field.missing,
+        missing,
+        missing_words,
         scale: scale * si,
         offset: field.offset.unwrap_or(0.0) * si,
         range,
@@ -250,6 +315,15 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
     check_reached(&conversion, field.kind)
         .map_err(|message| at("range", message, "compare scale, offset and unit"))?;
     Ok(conversion)
+}
+
+/// How the sequence of a field counts.
+pub(super) fn counting(field: &Field) -> Counting {
+    Counting {
+        step: field.step.unwrap_or(1),
+        modulus: field.modulus,
+        repeats: field.repeats.unwrap_or(1),
+    }
 }
 
 /// SI value of `2.5 pF` in a field with the unit `symbol`.

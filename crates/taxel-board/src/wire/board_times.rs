@@ -52,6 +52,8 @@ pub(super) struct BoardTimes {
     recent: VecDeque<(Stamp, f64)>,
     /// One that was not, with the device time that its frame got instead, ns.
     suspect: Option<(Stamp, f64)>,
+    /// The last that was right before the clock began anew: it may come back.
+    before: Option<(Stamp, f64)>,
     /// True while the clock has shown whole steps only.
     whole: bool,
     /// True as soon as one was right.
@@ -66,6 +68,7 @@ impl BoardTimes {
             clock,
             recent: VecDeque::with_capacity(KEPT + 1),
             suspect: None,
+            before: None,
             whole: true,
             begun: false,
             wrong: 0,
@@ -92,13 +95,15 @@ impl BoardTimes {
     pub(super) fn begin(&mut self, stamp: Stamp, begins_ns: Option<f64>) -> Judged {
         self.finish();
         self.recent.clear();
+        self.before = None;
         let stamp = self.within(stamp);
         let own_ns = stamp.raw * self.clock.step_ns;
-        if !is_possible(own_ns) {
+        if !is_possible(own_ns.abs()) {
             self.wrong += 1;
             return Judged::Wrong;
         }
-        let time_ns = begins_ns.unwrap_or(own_ns);
+        // The clock may have a sign; device time has none.
+        let time_ns = begins_ns.unwrap_or(own_ns.max(0.0));
         self.keep(stamp, time_ns);
         Judged::Right(time_ns)
     }
@@ -108,11 +113,12 @@ impl BoardTimes {
         let Some(last) = self.recent.back().copied() else {
             return self.begin(stamp, None);
         };
-        let stamp = self.within(stamp);
         let usual = self.usual();
+        self.find_wrap(last.0, stamp, usual);
+        let stamp = self.within(stamp);
         let ahead = self.ahead(last.0, stamp);
         let time_ns = last.1 + ahead;
-        if !is_possible(stamp.raw * self.clock.step_ns) {
+        if !is_possible((stamp.raw * self.clock.step_ns).abs()) {
             self.wrong += 1;
             return Judged::Wrong;
         }
@@ -121,6 +127,9 @@ impl BoardTimes {
             self.wrong += u64::from(ahead < 0.0);
             self.finish();
             self.keep(stamp, time_ns);
+            return Judged::Right(time_ns);
+        }
+        if let Some(time_ns) = self.back_again(last, stamp, usual) {
             return Judged::Right(time_ns);
         }
         let Some((suspect, given_ns)) = self.suspect else {
@@ -140,10 +149,49 @@ impl BoardTimes {
             self.keep(stamp, time_ns);
             return Judged::Right(time_ns);
         }
+        self.before = Some(last);
         self.recent.clear();
         self.keep(suspect, given_ns);
         self.keep(stamp, given_ns + behind);
         Judged::Anew(given_ns + behind)
+    }
+
+    /// The device time of a reading that goes on from where the clock was before it began anew,
+    /// ns: it has not, and what came between was wrong.
+    fn back_again(&mut self, last: (Stamp, f64), stamp: Stamp, usual: Option<f64>) -> Option<f64> {
+        let before = self.before?;
+        let frames = stamp.number.saturating_sub(before.0.number);
+        if frames > KEPT as u64 {
+            self.before = None;
+            return None;
+        }
+        let ahead = self.ahead(before.0, stamp);
+        if !is_usual(before.0, stamp, ahead, usual) || 2.0 * ahead < usual? * frames as f64 {
+            return None;
+        }
+        self.before = None;
+        self.finish();
+        self.wrong += self.recent.len() as u64;
+        self.recent.clear();
+        let time_ns = (before.1 + ahead).max(last.1);
+        self.keep(stamp, time_ns);
+        Some(time_ns)
+    }
+
+    /// Finds out that a clock without a type, as text has it, is a number of 16 or 32 bits: one
+    /// that begins anew just where such a number ends.
+    fn find_wrap(&mut self, last: Stamp, stamp: Stamp, usual: Option<f64>) {
+        if self.clock.modulus.is_some() || !self.whole || stamp.raw >= last.raw {
+            return;
+        }
+        self.clock.modulus = [16, 32]
+            .map(|bits| 1_u64 << bits)
+            .into_iter()
+            .find(|modulus| {
+                let modulus = *modulus as f64;
+                let ahead = (stamp.raw - last.raw + modulus) * self.clock.step_ns;
+                last.raw < modulus && stamp.raw >= 0.0 && is_usual(last, stamp, ahead, usual)
+            });
     }
 
     /// Says what device time, ns, the frame of a wrong reading got instead.

@@ -6,6 +6,7 @@ use taxel_recording::{Frame, FrameFlags};
 
 use super::assembly::{Assembly, Whole};
 use super::candidate::{Around, Candidate};
+use super::counting::FrameCounter;
 use super::counts::Counts;
 use super::cut::Cutter;
 use super::numbering::{Numbered, Numbering, Placed};
@@ -15,7 +16,7 @@ use super::remarks::Remarks;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
 use crate::board::line::LineFormat;
-use crate::board::{Board, Class, Counter, Format};
+use crate::board::{Board, Class, Format};
 
 /// Lines that fit no template and are kept for the operator.
 const KEPT_LINES: usize = 10;
@@ -57,10 +58,13 @@ pub struct Decoder {
     stretch: u64,
     begun: bool,
     discard_line: bool,
+    /// Bytes of the line under way in which no end was found.
+    searched: usize,
     assembly: Assembly,
     frames: VecDeque<Frame>,
     counts: Counts,
     numbering: Option<Numbering<Box<Assembled>>>,
+    counter: Option<FrameCounter>,
     placed: Vec<Placed<Box<Assembled>>>,
     number: u64,
     restarted: bool,
@@ -108,13 +112,9 @@ impl Decoder {
         let class = board.detection().class;
         let clock = board.clock();
         let counter = board.counter();
-        let numbering = match counter {
-            Counter::None => None,
-            Counter::Wraps(modulus) => Some(Numbering::new(Some(modulus), board.rate)),
-            Counter::Endless => Some(Numbering::new(None, board.rate)),
-        };
+        let numbering = counter.map(|counter| Numbering::new(counter.frames(), board.rate));
         let wired = board.wired();
-        let guard = (class >= Class::C).then(|| {
+        let guard = (class >= Class::C || board.step_limit.is_some()).then(|| {
             let units: Vec<f64> = wired
                 .iter()
                 .map(|place| board.values[*place].unit.si_per_unit)
@@ -136,6 +136,7 @@ impl Decoder {
             stretch: 0,
             begun: begin == Begin::Whole,
             discard_line: begin == Begin::Cut,
+            searched: 0,
             assembly: Assembly::new(board, begin == Begin::Cut),
             frames: VecDeque::new(),
             counts: Counts {
@@ -144,6 +145,7 @@ impl Decoder {
                 ..Counts::default()
             },
             numbering,
+            counter: counter.map(FrameCounter::new),
             placed: Vec::new(),
             number: 0,
             restarted: false,
@@ -206,6 +208,7 @@ impl Decoder {
         self.counts.reconnects += 1;
         self.buffer.clear();
         self.start = 0;
+        self.searched = 0;
         self.stretch = 0;
         self.dropped = self.pushed;
         self.arrivals.clear();
@@ -276,7 +279,8 @@ impl Decoder {
 
     /// What the operator should change in the board file, by what came so far: one line.
     pub fn remark(&self) -> Option<String> {
-        self.remarks.of(self.counts.delivered)
+        let counter = self.counter.as_ref().and_then(FrameCounter::remark);
+        self.remarks.of(self.counts.delivered).or(counter)
     }
 
     /// The last ten lines that fit no template.
@@ -392,11 +396,9 @@ impl Decoder {
     fn look_for_lines(&mut self, lines: &LineFormat, last: bool) {
         loop {
             let bytes = &self.buffer[self.start..];
-            let end = bytes
-                .windows(lines.end.len())
-                .position(|window| window == lines.end);
-            let (length, ended) = match end {
-                Some(at) => (at, at + lines.end.len()),
+            let searched = std::mem::take(&mut self.searched);
+            let (length, ended) = match lines.line_end(bytes, searched) {
+                Some(end) => end,
                 None if last && !bytes.is_empty() => (bytes.len(), bytes.len()),
                 None if bytes.len() > lines.longest => {
                     // The rest of it is no line either.
@@ -407,7 +409,10 @@ impl Decoder {
                     self.discard_line = true;
                     return;
                 }
-                None => return,
+                None => {
+                    self.searched = bytes.len();
+                    return;
+                }
             };
             let line = String::from_utf8_lossy(&bytes[..length.min(lines.longest)]).into_owned();
             let too_long = length > lines.longest;
@@ -454,7 +459,7 @@ impl Decoder {
             self.assembled(
                 read.sequence,
                 Assembled {
-                    values: Some(values),
+                    values: (!read.bad_status).then_some(values),
                     time: read.time,
                     host_ns,
                 },
@@ -487,13 +492,15 @@ impl Decoder {
         if frame.values.is_none() {
             self.counts.bad_status += 1;
         }
-        if let (Some(numbering), Some(number)) = (&mut self.numbering, sequence) {
+        let number = sequence.zip(self.counter.as_mut());
+        let number = number.map(|(raw, counter)| counter.frame(raw & LARGEST_NUMBER));
+        if let (Some(numbering), Some(number)) = (&mut self.numbering, number) {
             // A clock that wraps would break the rate; the arrival stands in where it is known.
             let arrival = frame.host_ns.map(|host_ns| host_ns as f64);
             let device = || Some(frame.time? * self.clock_step_ns?);
             let time = arrival.or_else(device).map(|time_ns| time_ns * 1e-9);
             let numbered = Numbered {
-                number: number & LARGEST_NUMBER,
+                number,
                 time,
                 fingerprint: fingerprint(frame.values.as_deref()),
                 frame: Box::new(frame),

@@ -4,7 +4,7 @@ use taxel_recording::Frame;
 
 use super::stuffing;
 use super::{can, json};
-use crate::board::layout::{PacketLayout, PlacedField, Role};
+use crate::board::layout::{Counting, PacketLayout, PlacedField, Role};
 use crate::board::messages::{Body, MessageLayout};
 use crate::board::{Board, BuiltIn, Format, Framing, Id, Order};
 use crate::papillarray;
@@ -49,6 +49,13 @@ impl Encoder {
         for (place, value) in self.wired.iter().zip(&frame.values) {
             self.values[*place] = *value;
         }
+        // What the packets hold beside the values.
+        let counter = self.board.counter();
+        let frame = &Frame {
+            sequence: counter.map_or(frame.sequence, |counter| counter.raw(frame.sequence)),
+            time_ns: frame.time_ns,
+            ..Frame::default()
+        };
         match &self.board.format {
             Format::Lines(lines) => {
                 lines.write(&self.values, frame.sequence, frame.time_ns, out);
@@ -146,7 +153,7 @@ fn packet_of(
                 };
                 field.put_number(number, &mut bytes);
             }
-            Role::Sequence => field.put_whole(frame.sequence, &mut bytes),
+            Role::Sequence(_) => field.put_whole(frame.sequence, &mut bytes),
             Role::Time(step_ns) if field.kind.is_float() => {
                 field.put_number(frame.time_ns as f64 / step_ns, &mut bytes);
             }
@@ -180,7 +187,7 @@ fn packet_of(
             bit: 8 * length.at,
             kind: length.kind,
             order,
-            role: Role::Sequence,
+            role: Role::Sequence(Counting::PLAIN),
         };
         let behind = length.at + length.kind.bits() / 8;
         let said = crate::board::counted(length.counts, layout, behind).unwrap_or(0);

@@ -6,12 +6,11 @@ use taxel_recording::Frame;
 use super::candidate::{Around, Candidate};
 use super::packet::{Reading, Verdict};
 use crate::board::messages::{Body, JsonField, JsonRole, MessageFormat, MessageLayout};
+use crate::board::text_number::is_no_number;
 use crate::board::{Digits, Id, Type};
 
 /// Deepest object or list.
 const DEEPEST: usize = 32;
-/// Longest number, characters.
-const LONGEST_NUMBER: usize = 64;
 
 /// How far the object at a place of the buffer was followed.
 #[derive(Debug, Clone, Default)]
@@ -97,7 +96,7 @@ fn look(format: &MessageFormat, scan: &mut Scan, around: Around<'_>) -> Candidat
     match scan.end(within) {
         Ok(None) if bytes.len() < format.longest => Candidate::More,
         Err(()) | Ok(None) => Candidate::None(to_next(bytes)),
-        Ok(Some(end)) => match serde_json::from_slice(&bytes[..end]) {
+        Ok(Some(end)) => match parsed(&bytes[..end]) {
             Err(_) => Candidate::None(to_next(bytes)),
             Ok(object) => match read(format, &object) {
                 Verdict::Reading(reading) => Candidate::Reading(end, reading),
@@ -106,6 +105,33 @@ fn look(format: &MessageFormat, scan: &mut Scan, around: Around<'_>) -> Candidat
             },
         },
     }
+}
+
+/// An object; `NaN`, `Infinity` and their like, which are no JSON and which programs write, are
+/// `null`.
+fn parsed(bytes: &[u8]) -> serde_json::Result<Value> {
+    serde_json::from_slice(bytes).or_else(|error| {
+        let mut plain = Vec::with_capacity(bytes.len());
+        let (mut in_string, mut at) = (false, 0);
+        while at < bytes.len() {
+            let byte = bytes[at];
+            let is_word = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-.".contains(byte);
+            let word = bytes[at..].iter().take_while(|byte| is_word(byte)).count();
+            if in_string || word == 0 {
+                let escaped = in_string && byte == b'\\';
+                in_string ^= byte == b'"';
+                let count = if escaped { 2 } else { 1 }.min(bytes.len() - at);
+                plain.extend_from_slice(&bytes[at..at + count]);
+                at += count;
+                continue;
+            }
+            let word = &bytes[at..at + word];
+            let text = std::str::from_utf8(word).unwrap_or_default();
+            plain.extend_from_slice(if is_no_number(text) { b"null" } else { word });
+            at += word.len();
+        }
+        serde_json::from_slice(&plain).map_err(|_| error)
+    })
 }
 
 /// Bytes to the next object.
@@ -164,7 +190,11 @@ fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Opti
     let mut numbers = Vec::new();
     for field in fields {
         numbers.clear();
-        field.numbers(object.pointer(&field.pointer)?, &mut numbers)?;
+        let words: &[String] = match &field.role {
+            JsonRole::Values { conversion, .. } => &conversion.missing_words,
+            _ => &[],
+        };
+        field.numbers(object.pointer(&field.pointer)?, words, &mut numbers)?;
         match &field.role {
             JsonRole::Values {
                 first,
@@ -183,7 +213,7 @@ fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Opti
                     };
                 }
             }
-            JsonRole::Sequence => reading.sequence = Some(whole(&numbers)?),
+            JsonRole::Sequence(_) => reading.sequence = Some(whole(&numbers)?),
             JsonRole::Time(_) => match numbers[..] {
                 [time] if time.is_finite() => reading.time = Some(time),
                 _ => return None,
@@ -209,21 +239,27 @@ fn whole(numbers: &[f64]) -> Option<u64> {
 
 impl JsonField {
     /// The numbers of a value: of a number, of text with delimiters, of lists of these. NaN
-    /// for `null`.
-    fn numbers(&self, value: &Value, out: &mut Vec<f64>) -> Option<()> {
+    /// for `null` and for the `missing` words.
+    fn numbers(&self, value: &Value, missing: &[String], out: &mut Vec<f64>) -> Option<()> {
         match value {
             Value::Null => out.push(f64::NAN),
             Value::Bool(is) => out.push(f64::from(u8::from(*is))),
-            Value::Number(number) => out.push(number.as_f64()?),
+            Value::Number(number) => {
+                let number = number.as_f64()?;
+                out.push(self.text.holds(number).then_some(number)?);
+            }
             Value::String(text) => {
                 let delimiter = |c: char| matches!(c, ',' | ';') || c.is_whitespace();
                 for word in text.split(delimiter).filter(|word| !word.is_empty()) {
-                    out.push(self.number(word)?);
+                    let stated = missing.iter().any(|missing| missing == word);
+                    let number = self.text.read(word).filter(|_| !stated);
+                    let none = (stated || is_no_number(word)).then_some(f64::NAN);
+                    out.push(number.or(none)?);
                 }
             }
             Value::Array(values) => {
                 for value in values {
-                    self.numbers(value, out)?;
+                    self.numbers(value, missing, out)?;
                 }
             }
             Value::Object(_) => return None,
@@ -231,45 +267,11 @@ impl JsonField {
         Some(())
     }
 
-    fn number(&self, word: &str) -> Option<f64> {
-        if word.len() > LONGEST_NUMBER {
-            return None;
-        }
-        match self.digits {
-            Digits::Decimal => word.parse().ok().filter(|number: &f64| number.is_finite()),
-            Digits::Hexadecimal => {
-                let digits = word.strip_prefix("0x").unwrap_or(word);
-                if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-                    return None;
-                }
-                let whole = u64::from_str_radix(digits, 16).ok()?;
-                let bits = self.kind.map_or(64, Type::bits);
-                if bits < 64 && whole >> bits != 0 {
-                    return None;
-                }
-                match self.kind {
-                    Some(Type::Signed(_) | Type::SignedBits(_)) => {
-                        let shift = 64 - bits;
-                        Some(((whole << shift).cast_signed() >> shift) as f64)
-                    }
-                    _ => Some(whole as f64),
-                }
-            }
-        }
-    }
-
     /// The inverse of [`Self::numbers`].
     fn value(&self, numbers: impl ExactSizeIterator<Item = f64>) -> Value {
-        match self.digits {
+        match self.text.digits {
             Digits::Hexadecimal => {
-                let bits = self.kind.map_or(32, Type::bits);
-                let words: Vec<String> = numbers
-                    .map(|number| {
-                        let mask = u64::MAX >> (64 - bits);
-                        let whole = (number.round() as i64).cast_unsigned() & mask;
-                        format!("{whole:0width$X}", width = bits.div_ceil(4))
-                    })
-                    .collect();
+                let words: Vec<String> = numbers.map(|number| self.text.write(number)).collect();
                 Value::String(words.join(","))
             }
             Digits::Decimal => {
@@ -323,8 +325,8 @@ pub(super) fn write(
                     let values = values[from..from + count].iter();
                     field.value(values.map(|value| conversion.number(*value)))
                 }
-                JsonRole::Sequence => {
-                    let bits = field.kind.map_or(64, Type::bits).min(64);
+                JsonRole::Sequence(_) => {
+                    let bits = field.text.kind.map_or(64, Type::bits).min(64);
                     Value::Number((frame.sequence & (u64::MAX >> (64 - bits))).into())
                 }
                 JsonRole::Time(step_ns) => json_number(frame.time_ns as f64 / step_ns),

@@ -4,6 +4,7 @@ mod assembly;
 mod board_times;
 mod can;
 mod candidate;
+mod counting;
 mod counts;
 mod cut;
 mod decoder;

@@ -62,7 +62,7 @@ pub(super) fn read(layout: &PacketLayout, packet: &[u8]) -> Verdict {
                 };
                 reading.values[*place] = value;
             }
-            Role::Sequence => reading.sequence = Some(field.whole(packet)),
+            Role::Sequence(_) => reading.sequence = Some(field.whole(packet)),
             Role::Time(_) => {
                 let time = field.number(packet);
                 if !time.is_finite() {

@@ -19,12 +19,14 @@ pub enum LinkAddress {
         /// The path, with the stroke that it begins with.
         path: String,
     },
-    /// A UDP port of this machine, and a multicast group to join.
+    /// A UDP port of this machine.
     Udp {
         /// The port.
         port: u16,
-        /// The group.
+        /// A multicast group to join.
         group: Option<Ipv4Addr>,
+        /// The board, of others that send to the port.
+        sender: Option<Ipv4Addr>,
     },
     /// The standard input, read once.
     StandardInput,
@@ -44,7 +46,7 @@ pub enum SerialName {
 }
 
 /// How links are written, for messages.
-const FORMS: &str = "serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe, or exec:\"PROGRAM ARGUMENTS\"";
+const FORMS: &str = "serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP|@SENDER], -, a named pipe, or exec:\"PROGRAM ARGUMENTS\"";
 
 impl LinkAddress {
     /// True if `text` begins like a link and not like a recording or the twin.
@@ -139,19 +141,22 @@ fn web_socket(rest: &str) -> Result<LinkAddress, String> {
 }
 
 fn udp(rest: &str) -> Result<LinkAddress, String> {
-    let (number, group) = match rest.split_once('@') {
+    let (number, address) = match rest.split_once('@') {
         None => (rest, None),
-        Some((number, group)) => {
-            let parsed: Option<Ipv4Addr> = group.parse().ok();
-            let joined = parsed.filter(Ipv4Addr::is_multicast).ok_or_else(|| {
-                format!("\"{group}\" is no multicast group; give an address from 224.0.0.0 to 239.255.255.255")
+        Some((number, address)) => {
+            let parsed: Option<Ipv4Addr> = address.parse().ok();
+            let parsed = parsed.ok_or_else(|| {
+                format!("\"{address}\" is no address; give that of the board, or a multicast group from 224.0.0.0 to 239.255.255.255")
             })?;
-            (number, Some(joined))
+            (number, Some(parsed))
         }
     };
+    let group = address.filter(Ipv4Addr::is_multicast);
+    let sender = address.filter(|address| !address.is_multicast());
     Ok(LinkAddress::Udp {
         port: port(number)?,
         group,
+        sender,
     })
 }
 
@@ -215,7 +220,19 @@ mod tests {
         let group = Some(Ipv4Addr::new(239, 1, 2, 3));
         assert_eq!(
             parsed("udp:9000@239.1.2.3"),
-            LinkAddress::Udp { port: 9000, group }
+            LinkAddress::Udp {
+                port: 9000,
+                group,
+                sender: None
+            }
+        );
+        assert_eq!(
+            parsed("udp:9000@10.0.0.7"),
+            LinkAddress::Udp {
+                port: 9000,
+                group: None,
+                sender: Some(Ipv4Addr::new(10, 0, 0, 7))
+            }
         );
         let program = ["./a b", "--rate", "10 00", ""].map(String::from).to_vec();
         let text = "exec:'./a b' --rate  10\\ 00 \"\"";

@@ -68,6 +68,7 @@ impl Link for Program {
             input: child.stdin.take(),
             output,
             child,
+            ended: None,
         }))
     }
 }
@@ -94,12 +95,21 @@ struct Running {
     child: Child,
     input: Option<ChildStdin>,
     output: ChildStdout,
+    /// Since when the program has ended while its output is held open by another that it began.
+    ended: Option<Instant>,
 }
 
 impl Port for Running {
     fn read(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<Received> {
         if !ready(&self.output, patience)? {
-            return Ok(Received::Nothing);
+            let Some(status) = self.child.try_wait()? else {
+                return Ok(Received::Nothing);
+            };
+            return match self.ended.get_or_insert_with(Instant::now).elapsed() {
+                held if held < PATIENCE => Ok(Received::Nothing),
+                _ if status.success() => Ok(Received::Done),
+                _ => Err(io::Error::other(format!("the program ended: {status}"))),
+            };
         }
         let read = received(self.output.read(buffer))?;
         if read != Received::End {
@@ -131,6 +141,10 @@ impl Drop for Running {
     fn drop(&mut self) {
         drop(self.input.take());
         if matches!(self.child.try_wait(), Ok(Some(_))) {
+            if self.ended.is_some() {
+                // Others of its group hold its output.
+                ask_to_end(&mut self.child);
+            }
             return;
         }
         ask_to_end(&mut self.child);

@@ -77,12 +77,14 @@ impl Port for OpenTcp {
 pub(crate) struct Udp {
     pub(crate) port: u16,
     pub(crate) group: Option<Ipv4Addr>,
+    /// The board, of others that send to the port.
+    pub(crate) sender: Option<Ipv4Addr>,
 }
 
 impl Link for Udp {
     fn name(&self) -> String {
-        match self.group {
-            Some(group) => format!("udp:{}@{group}", self.port),
+        match self.group.or(self.sender) {
+            Some(address) => format!("udp:{}@{address}", self.port),
             None => format!("udp:{}", self.port),
         }
     }
@@ -99,6 +101,7 @@ impl Link for Udp {
         }
         Ok(Box::new(OpenUdp {
             socket,
+            only: self.sender,
             board: None,
             others: Others::default(),
             patience: None,
@@ -110,6 +113,8 @@ impl Link for Udp {
 /// given no frame for a while.
 struct OpenUdp {
     socket: UdpSocket,
+    /// The address that alone is read, if one is.
+    only: Option<Ipv4Addr>,
     board: Option<Sender>,
     others: Others,
     patience: Option<Duration>,
@@ -130,6 +135,10 @@ const NAMED: usize = 8;
 impl OpenUdp {
     /// True if what `sender` sends is read.
     fn takes(&mut self, sender: SocketAddr) -> io::Result<bool> {
+        if self.only.is_some_and(|only| sender.ip() != only) {
+            self.pass_over(sender);
+            return Ok(false);
+        }
         let board = self.board.get_or_insert_with(|| Sender {
             address: sender,
             since: Instant::now(),
@@ -145,12 +154,16 @@ impl OpenUdp {
                 board.since.elapsed().as_secs_f64()
             )));
         }
+        self.pass_over(sender);
+        Ok(false)
+    }
+
+    fn pass_over(&mut self, sender: SocketAddr) {
         self.others.datagrams += 1;
         let senders = &mut self.others.senders;
         if senders.len() < NAMED && !senders.contains(&sender) {
             senders.push(sender);
         }
-        Ok(false)
     }
 }
 

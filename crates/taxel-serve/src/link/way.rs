@@ -16,7 +16,15 @@ pub(super) fn link(address: LinkAddress, serial: SerialSettings, tell: &Tell) ->
         LinkAddress::Serial(name) => Box::new(Serial::new(name, serial)),
         LinkAddress::Tcp(host) => Box::new(Tcp(host)),
         LinkAddress::WebSocket { host, path } => Box::new(WebSocketServer { host, path }),
-        LinkAddress::Udp { port, group } => Box::new(Udp { port, group }),
+        LinkAddress::Udp {
+            port,
+            group,
+            sender,
+        } => Box::new(Udp {
+            port,
+            group,
+            sender,
+        }),
         LinkAddress::StandardInput => Box::new(StandardInput),
         LinkAddress::Pipe(path) => Box::new(Pipe(path)),
         LinkAddress::Program(words) => Box::new(Program::new(words, Arc::clone(tell))),

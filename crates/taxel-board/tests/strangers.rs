@@ -1,0 +1,473 @@
+//! What boards of others send, each for its kind: keys that mean nothing, words among numbers,
+//! counters that count otherwise, times that go below zero, values that are none.
+
+use std::error::Error;
+
+use taxel_board::{Begin, Board, Decoder, Encoder};
+use taxel_recording::Frame;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn board(body: &str) -> Result<Board, String> {
+    let text = format!("schema = 1\nname = \"board\"\n{body}\n");
+    Board::parse("board.toml", &text).map_err(|error| error.to_string())
+}
+
+/// The frames of some bytes, and the decoder behind them.
+fn decoded(board: &Board, wire: &[u8]) -> (Vec<Frame>, Decoder) {
+    let mut decoder = Decoder::new(board, Begin::Whole);
+    decoder.push(wire, None);
+    decoder.finish();
+    let frames = std::iter::from_fn(|| decoder.next()).collect();
+    (frames, decoder)
+}
+
+/// The values of the frames of some lines.
+fn of_lines(body: &str, lines: &str) -> Result<Vec<Vec<f64>>, String> {
+    let (frames, _) = decoded(&board(body)?, lines.as_bytes());
+    Ok(frames.into_iter().map(|frame| frame.values).collect())
+}
+
+/// Each key of a field, with values that are not its default.
+const KEYS: [(&str, &[&str]); 24] = [
+    ("name", &["\"other\""]),
+    (
+        "type",
+        &["\"i16\"", "\"u32\"", "\"f32\"", "\"u8\"", "\"bits(4)\""],
+    ),
+    ("bytes", &["2", "3"]),
+    ("at", &["20"]),
+    ("bit", &["3"]),
+    ("order", &["\"big\""]),
+    ("scale", &["0.25"]),
+    ("offset", &["3.0"]),
+    ("unit", &["\"N\"", "\"ms\""]),
+    ("mask", &["15"]),
+    ("shift", &["2"]),
+    ("invert_from", &["100"]),
+    ("range", &["[0, 50]"]),
+    ("missing", &["77", "\"over\""]),
+    ("good", &["1"]),
+    ("bits", &["{ hot = 1 }"]),
+    ("equals", &["\"aa 07\""]),
+    ("count", &["3"]),
+    ("first", &["4"]),
+    ("key", &["\"elsewhere\""]),
+    ("digits", &["\"hexadecimal\""]),
+    ("step", &["2"]),
+    ("modulus", &["200"]),
+    ("repeats", &["3"]),
+];
+
+/// A field of each kind in each carrier, without the key that is tried.
+fn fields(carrier: &str) -> Vec<(&'static str, Vec<(&'static str, &'static str)>)> {
+    let text = carrier != "bytes";
+    let numeric = |mut keys: Vec<(&'static str, &'static str)>| {
+        if !text {
+            keys.push(("type", "\"u16\""));
+        }
+        if carrier == "json" {
+            keys.push(("key", "\"there\""));
+        }
+        keys
+    };
+    vec![
+        ("value", numeric(vec![("name", "\"v\"")])),
+        ("sequence", numeric(vec![])),
+        ("time", numeric(vec![("unit", "\"us\"")])),
+        ("status", numeric(vec![])),
+        ("address", numeric(vec![("count", "2")])),
+        ("mark", vec![("equals", "\"bb 08\"")]),
+        ("skip", if text { vec![] } else { vec![("bytes", "1")] }),
+        ("check", vec![]),
+    ]
+}
+
+/// A board with this field beside a value.
+fn with(carrier: &str, is: &str, keys: &[(&str, &str)]) -> Result<Board, String> {
+    let keys: String = keys
+        .iter()
+        .map(|(key, value)| format!(", {key} = {value}"))
+        .collect();
+    let field = format!("{{ is = \"{is}\"{keys} }}");
+    match carrier {
+        "bytes" => {
+            let check = if is == "check" {
+                ", check = { kind = \"sum8\" }"
+            } else {
+                ""
+            };
+            board(&format!(
+                "framing.cobs = {{}}\npacket = {{ fields = [{{ is = \"value\", name = \"w\", type = \"u8\" }}, {field}]{check} }}"
+            ))
+        }
+        "lines" => board(&format!(
+            "framing.lines = {{}}\npacket.fields = [{{ is = \"value\", name = \"w\" }}, {field}]"
+        )),
+        "template" => board(&format!(
+            "framing.lines.template = \"{{value w}} {{value v}} {{value other}} {{sequence}} {{time ms}}\"\npacket.fields = [{field}]"
+        )),
+        _ => board(&format!(
+            "framing.messages.carrier = \"json\"\n[[message]]\nfields = [{{ is = \"value\", name = \"w\", key = \"w\" }}, {field}]"
+        )),
+    }
+}
+
+/// Every key of every kind of field in every carrier either changes what is decoded, or is
+/// refused at its word.
+#[test]
+fn no_key_is_accepted_that_means_nothing() {
+    let mut tried = 0;
+    for carrier in ["bytes", "lines", "template", "json"] {
+        for (is, base) in fields(carrier) {
+            for (key, values) in KEYS {
+                let base: Vec<_> = base
+                    .iter()
+                    .copied()
+                    .filter(|(own, _)| *own != key)
+                    .collect();
+                let without = with(carrier, is, &base);
+                let mut means = false;
+                for value in values {
+                    let given = [&base[..], &[(key, *value)]].concat();
+                    match with(carrier, is, &given) {
+                        Err(message) => {
+                            // At the key, or at what the field is where that is refused.
+                            let at = format!(".{key}\n");
+                            let there = message.contains(&at)
+                                || message.contains(".is\n")
+                                || message.contains("bits\n")
+                                || message.contains("missing\n")
+                                || message.contains("range\n")
+                                || message.contains("type\n");
+                            assert!(there, "{carrier} {is} {key} = {value}: {message}");
+                            means = true;
+                        }
+                        Ok(board) => means |= without.as_ref() != Ok(&board),
+                    }
+                    tried += 1;
+                }
+                assert!(
+                    means,
+                    "{carrier} {is}: `{key}` is accepted and means nothing"
+                );
+            }
+        }
+    }
+    assert!(tried > 800, "{tried}");
+}
+
+#[test]
+fn hexadecimal_text_is_hexadecimal() -> Outcome {
+    let fields = |more: &str| {
+        format!(
+            "framing.lines = {{}}\npacket.fields = [{{ is = \"value\", name = \"c1..c3\", digits = \"hexadecimal\"{more} }}]"
+        )
+    };
+    let found = of_lines(&fields(""), "0100 01E1 0010\n")?;
+    assert_eq!(found, [[256.0, 481.0, 16.0]]);
+    let found = of_lines(&fields(", type = \"i16\""), "0xffff 8000 7fff\n")?;
+    assert_eq!(found, [[-1.0, -32768.0, 32767.0]]);
+    // Five digits are no number of 16 bits.
+    assert!(of_lines(&fields(", type = \"i16\""), "10000 0 0\n")?.is_empty());
+    Ok(())
+}
+
+#[test]
+fn words_of_a_template_are_not_found_inside_numbers() -> Outcome {
+    let template = |text: &str| format!("framing.lines.template = \"{text}\"");
+    let found = of_lines(
+        &template("{skip} 1 {value a} {value b}"),
+        "60 1 50 51\n61 1 50\n62 1 50 51\n71 1 50 51\n",
+    )?;
+    assert_eq!(found, [[50.0, 51.0], [50.0, 51.0], [50.0, 51.0]]);
+    let found = of_lines(
+        &template("x {value a} 2 {value b}"),
+        "x 12 2 3\nx 1 22 3\nx 1 2 3\n",
+    )?;
+    assert_eq!(found, [[12.0, 3.0], [1.0, 3.0]]);
+    // Nothing runs together where a blank is not there.
+    let found = of_lines(&template("T: {value a} V"), "T:5V\nT:   7   V\n")?;
+    assert_eq!(found, [[5.0], [7.0]]);
+    Ok(())
+}
+
+#[test]
+fn masks_take_the_bits_of_negative_text() -> Outcome {
+    let body =
+        "framing.lines = {}\npacket.fields = [{ is = \"value\", name = \"a\", mask = \"0xffff\" }]";
+    assert_eq!(
+        of_lines(body, "5\n-1\n-32525\n")?,
+        [[5.0], [65535.0], [33011.0]]
+    );
+    Ok(())
+}
+
+#[test]
+fn fields_over_head_or_tail_are_refused() {
+    for (framing, fields) in [
+        (
+            "fixed = { length = 4, head = \"aa\", tail = \"0a\" }",
+            "name = \"c{1..3}\", type = \"u8\"",
+        ),
+        (
+            "fixed = { length = 4, head = \"aa\", tail = \"0a\" }",
+            "name = \"c\", type = \"u16\", at = 2",
+        ),
+        (
+            "fixed = { length = 3, head = \"aa bb\" }",
+            "name = \"c\", type = \"u16\", at = 1",
+        ),
+        (
+            "marked = { head = \"aa bb\", tail = \"0a\" }",
+            "name = \"c\", type = \"u16\", at = 1",
+        ),
+    ] {
+        let body = format!("framing.{framing}\npacket.fields = [{{ is = \"value\", {fields} }}]");
+        let message = board(&body).err().unwrap_or_default();
+        assert!(
+            message.contains("where the head stands") || message.contains("where the tail stands"),
+            "{body}: {message}"
+        );
+    }
+}
+
+/// One value that is none does not spoil its frame.
+#[test]
+fn a_value_that_is_none_is_missing() -> Outcome {
+    let body = "framing.lines.template = \"{sequence},{value a},{value b}\"";
+    for word in [
+        "nan",
+        "NaN",
+        "-nan",
+        "inf",
+        "-Infinity",
+        "ovf",
+        "null",
+        "None",
+    ] {
+        let found = of_lines(body, &format!("0,1,2\n1,{word},4\n2,5,6\n"))?;
+        assert_eq!(found.len(), 3, "{word}");
+        assert!(found[1][0].is_nan() && found[1][1] == 4.0, "{word}");
+    }
+    // A word that nobody writes for a number is no reading, unless the file says so.
+    assert_eq!(of_lines(body, "0,1,2\n1,over,4\n")?.len(), 1);
+    let missing = "framing.lines.template = \"{value a},{value b}\"\npacket.fields = [{ is = \"value\", name = \"a\", missing = [\"over\", -1, 999] }]";
+    let found = of_lines(missing, "over,4\n-1,5\n999,6\n3,7\n")?;
+    assert!(found[..3].iter().all(|values| values[0].is_nan()));
+    assert_eq!(found[3], [3.0, 7.0]);
+    let json = "framing.messages.carrier = \"json\"\n[[message]]\nfields = [{ is = \"value\", name = \"a\", key = \"a\" }, { is = \"value\", name = \"c{1..2}\", key = \"c\" }]";
+    let found = of_lines(
+        json,
+        "{\"a\":NaN,\"c\":[1,2]}{\"a\":3,\"c\":[-Infinity,4],\"s\":\"a \\\" NaN\"}\n",
+    )?;
+    assert!(found.len() == 2 && found[0][0].is_nan() && found[1][1].is_nan());
+    assert_eq!(
+        [found[0][1], found[0][2], found[1][0], found[1][2]],
+        [1.0, 2.0, 3.0, 4.0]
+    );
+    Ok(())
+}
+
+#[test]
+fn lines_end_as_they_end() -> Outcome {
+    let body = "framing.lines.template = \"{value a} {value b}\"";
+    let all = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]];
+    for lines in [
+        "1 2\n3 4\n5 6\n",
+        "1 2\r\n3 4\r\n5 6\r\n",
+        "1 2\r3 4\r5 6\r",
+        "\u{1b}[0;32m1 2\u{1b}[0m\n3 \u{1b}[1m4\n5 6",
+    ] {
+        assert_eq!(of_lines(body, lines)?, all, "{lines:?}");
+    }
+    let quoted = "framing.lines.template = \"{value a},{value b}\"";
+    assert_eq!(
+        of_lines(quoted, "\"51,72\",2\n\"3\",\"4.5\"\n")?,
+        [[51.72, 2.0], [3.0, 4.5]]
+    );
+    Ok(())
+}
+
+/// A line that never ends is looked at once: eight times the bytes take not much more than
+/// eight times the steps, which the time of a test cannot say; that it is read at all does.
+#[test]
+fn a_long_line_byte_by_byte_is_read() -> Outcome {
+    let body = "framing.lines = { template = \"{value c1..c4096}\", longest = 70000 }";
+    let board = board(body)?;
+    let line = vec!["1"; 4096].join(" ") + "\n";
+    let mut decoder = Decoder::new(&board, Begin::Whole);
+    for byte in line.as_bytes() {
+        decoder.push(&[*byte], None);
+    }
+    assert_eq!(decoder.next().ok_or("no frame")?.values.len(), 4096);
+    Ok(())
+}
+
+/// Counters that do not go from 0 to 2^n - 1 one by one: read with the keys that say so, and
+/// proposed without them.
+#[test]
+fn counters_that_count_otherwise_are_said_and_proposed() -> Outcome {
+    type Count = fn(u64) -> u64;
+    let cases: [(&str, &str, Count); 4] = [
+        ("modulus = 201", "write modulus = 201", |n| n % 201),
+        ("step = 2", "write step = 2", |n| 2 * n % 256),
+        ("repeats = 2", "write repeats = 2", |n| n / 2 % 256),
+        ("modulus = 200, step = 2", "write modulus = 200", |n| {
+            2 * n % 200
+        }),
+    ];
+    for (keys, proposed, count) in cases {
+        for text in [false, true] {
+            let body = |keys: &str| {
+                if text {
+                    let comma = if keys.is_empty() { "" } else { ", " };
+                    format!(
+                        "rate = \"100 Hz\"\nframing.lines.template = \"{{sequence}} {{value a}}\"\npacket.fields = [{{ is = \"sequence\", type = \"u8\"{comma}{keys} }}]"
+                    )
+                } else {
+                    let comma = if keys.is_empty() { "" } else { ", " };
+                    format!(
+                        "rate = \"100 Hz\"\nframing.cobs = {{}}\npacket = {{ fields = [{{ is = \"sequence\", type = \"u8\"{comma}{keys} }}, {{ is = \"value\", name = \"a\", type = \"u16\" }}], check = {{ kind = \"CRC-16/ARC\" }} }}"
+                    )
+                }
+            };
+            // The bytes by a board that counts plainly: the encoder of the keys is tried below.
+            let plain = board(&body(""))?;
+            let mut wire = Vec::new();
+            for n in 0..1000 {
+                let frame = Frame {
+                    sequence: count(n),
+                    values: vec![(n % 60_000) as f64],
+                    ..Frame::default()
+                };
+                Encoder::new(&plain).encode(&frame, &mut wire);
+            }
+            let stated = board(&body(keys))?;
+            let (frames, decoder) = decoded(&stated, &wire);
+            assert_eq!(frames.len(), 1000, "{keys}");
+            let counts = decoder.counts();
+            assert_eq!(
+                (counts.lost, counts.duplicate, counts.restarts),
+                (Some(0), 0, 0),
+                "{keys}"
+            );
+            assert!(
+                frames
+                    .iter()
+                    .enumerate()
+                    .all(|(n, frame)| frame.sequence == n as u64)
+            );
+            assert!(
+                !decoder.remark().unwrap_or_default().contains("write"),
+                "{:?}",
+                decoder.remark()
+            );
+            // Two that are lost are two.
+            let gap = if text {
+                wire.split(|byte| *byte == b'\n')
+                    .take(500)
+                    .map(|line| line.len() + 1)
+                    .sum()
+            } else {
+                wire.len() / 2 / (wire.len() / 1000) * (wire.len() / 1000)
+            };
+            if !text {
+                let packet = wire.len() / 1000;
+                let cut = [&wire[..gap], &wire[gap + 2 * packet..]].concat();
+                let (frames, decoder) = decoded(&stated, &cut);
+                assert_eq!(
+                    (frames.len(), decoder.counts().lost),
+                    (998, Some(2)),
+                    "{keys}"
+                );
+            }
+            // What the keys say is what the encoder of the board writes.
+            let mut own = Vec::new();
+            let mut encoder = Encoder::new(&stated);
+            for n in 0..1000 {
+                let values = vec![(n % 60_000) as f64];
+                encoder.encode(
+                    &Frame {
+                        sequence: n,
+                        values,
+                        ..Frame::default()
+                    },
+                    &mut own,
+                );
+            }
+            assert!(own == wire, "{keys}");
+            let (_, decoder) = decoded(&plain, &wire);
+            let remark = decoder.remark().unwrap_or_default();
+            assert!(remark.contains(proposed), "{keys}: {remark}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn clocks_run_below_zero_and_wrap_as_text() -> Outcome {
+    let body = "rate = \"100 Hz\"\nframing.lines.template = \"{time us},{value c1..c2}\"";
+    let lines = |first: i64, modulus: i64| -> String {
+        (0..40)
+            .map(|n| first + 10_000 * n)
+            .map(|time| {
+                if modulus > 0 {
+                    time.rem_euclid(modulus)
+                } else {
+                    time
+                }
+            })
+            .map(|time| format!("{time},1,2\n"))
+            .collect()
+    };
+    for (more, first, modulus) in [
+        ("", -30_000, 0),
+        ("", (1_i64 << 32) - 155_000, 1 << 32),
+        (
+            "\npacket.fields = [{ is = \"time\", type = \"u32\" }]",
+            (1_i64 << 32) - 155_000,
+            1 << 32,
+        ),
+        (
+            "\npacket.fields = [{ is = \"time\", type = \"i32\" }]",
+            -30_000,
+            0,
+        ),
+    ] {
+        let (frames, decoder) = decoded(
+            &board(&format!("{body}{more}"))?,
+            lines(first, modulus).as_bytes(),
+        );
+        let steps: Vec<u64> = frames
+            .windows(2)
+            .map(|pair| pair[1].time_ns - pair[0].time_ns)
+            .collect();
+        assert_eq!(steps, vec![10_000_000; 39], "{more} {first}");
+        let counts = decoder.counts();
+        assert_eq!(
+            (counts.wrong_time, counts.restarts),
+            (0, 0),
+            "{more} {first}"
+        );
+    }
+    Ok(())
+}
+
+/// Three frames whose time lies half a second back: behind them the clock is where it was.
+#[test]
+fn a_clock_that_jumps_back_and_returns_is_where_it_was() -> Outcome {
+    let board = board("rate = \"100 Hz\"\nframing.lines.template = \"{time us},{value a}\"")?;
+    let lines: String = (0..300_i64)
+        .map(|n| 10_000 * n - if (100..103).contains(&n) { 500_000 } else { 0 })
+        .map(|time| format!("{time},1\n"))
+        .collect();
+    let (frames, decoder) = decoded(&board, lines.as_bytes());
+    assert_eq!(frames.len(), 300);
+    for n in [99, 110, 299] {
+        assert_eq!(frames[n].time_ns, 10_000_000 * n as u64, "{n}");
+    }
+    let counts = decoder.counts();
+    assert!(counts.wrong_time + counts.restarts > 0, "{counts:?}");
+    Ok(())
+}
