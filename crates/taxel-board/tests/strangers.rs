@@ -85,10 +85,11 @@ fn fields(carrier: &str) -> Vec<(&'static str, Vec<(&'static str, &'static str)>
 
 /// A board with this field beside a value.
 fn with(carrier: &str, is: &str, keys: &[(&str, &str)]) -> Result<Board, String> {
-    let keys: String = keys
+    let keys = keys
         .iter()
         .map(|(key, value)| format!(", {key} = {value}"))
-        .collect();
+        .collect::<Vec<_>>()
+        .concat();
     let field = format!("{{ is = \"{is}\"{keys} }}");
     match carrier {
         "bytes" => {
@@ -419,7 +420,8 @@ fn clocks_run_below_zero_and_wrap_as_text() -> Outcome {
                 }
             })
             .map(|time| format!("{time},1,2\n"))
-            .collect()
+            .collect::<Vec<_>>()
+            .concat()
     };
     for (more, first, modulus) in [
         ("", -30_000, 0),
@@ -458,10 +460,11 @@ fn clocks_run_below_zero_and_wrap_as_text() -> Outcome {
 #[test]
 fn a_clock_that_jumps_back_and_returns_is_where_it_was() -> Outcome {
     let board = board("rate = \"100 Hz\"\nframing.lines.template = \"{time us},{value a}\"")?;
-    let lines: String = (0..300_i64)
+    let lines = (0..300_i64)
         .map(|n| 10_000 * n - if (100..103).contains(&n) { 500_000 } else { 0 })
         .map(|time| format!("{time},1\n"))
-        .collect();
+        .collect::<Vec<_>>()
+        .concat();
     let (frames, decoder) = decoded(&board, lines.as_bytes());
     assert_eq!(frames.len(), 300);
     for n in [99, 110, 299] {
