@@ -511,7 +511,9 @@ fn prediction(
     let answered = mechanics != Some(Mechanics::Fem)
         && last.is_some_and(|loads| predictor.answer(&loads.load(0), &mut row).is_ok());
     let index = columns.iter().position(|one| one.name == written.quantity);
-    let word = answered && index.is_some_and(|index| matches!(row.get(index), Some(Cell::Text(_))));
+    let word = answered
+        && index
+            .is_some_and(|index| matches!(row.get(index), Some(Cell::Text(_) | Cell::State(_))));
     let column = Column {
         name: name.to_owned(),
         ..column.clone()
@@ -645,31 +647,35 @@ fn answer_of(
         Some(Cell::Whole(whole)) => Outcome::Number(*whole as f64),
         Some(Cell::Missing) => Outcome::Outside(String::from("there is no number at this load")),
         Some(Cell::Text(text)) => Outcome::Word(text.to_string()),
+        Some(Cell::State(state)) => Outcome::Word((*state).to_owned()),
         None => Outcome::Outside(format!("this design has no {quantity}")),
     }
 }
 
 /// The first state that is not accepted; of a quantity with the prefix of a state, that state.
-fn unaccepted<'r>(
+fn unaccepted(
     columns: &[Column],
-    row: &'r [Cell],
+    row: &[Cell],
     quantity: &str,
     accept: &[String],
-) -> Option<&'r str> {
-    let is_state = |name: &str| name == "state" || name.ends_with("_state");
+) -> Option<&'static str> {
+    let names = columns.iter().map(|column| column.name.as_str());
+    let states: Vec<(&str, &'static str)> = names
+        .zip(row)
+        .filter_map(|(name, cell)| match cell {
+            Cell::State(state) => Some((name, *state)),
+            _ => None,
+        })
+        .collect();
     let own = |name: &str| {
         name.strip_suffix("state")
             .is_some_and(|prefix| !prefix.is_empty() && quantity.starts_with(prefix))
     };
-    let names = columns.iter().map(|column| column.name.as_str());
-    let has_own = names.clone().any(|name| is_state(name) && own(name));
-    names
-        .zip(row)
-        .filter(|(name, _)| is_state(name) && (!has_own || own(name)) && *name != quantity)
-        .find_map(|(_, cell)| match cell {
-            Cell::Text(state) if !accept.iter().any(|ok| ok == state) => Some(state.as_ref()),
-            _ => None,
-        })
+    let has_own = states.iter().any(|(name, _)| own(name));
+    let concerned = |name: &str| (!has_own || own(name)) && name != quantity;
+    let accepted = |state: &str| accept.iter().any(|ok| ok == state);
+    let mut states = states.into_iter();
+    states.find_map(|(name, state)| (concerned(name) && !accepted(state)).then_some(state))
 }
 
 fn estimate(

@@ -35,7 +35,7 @@ pub struct Chain {
     pub scan: Scan,
     /// Time between frames, s.
     pub period: f64,
-    /// Memory of a cell that has felt nothing; none where the cells follow a load at once.
+    /// Memory of a cell that nothing has pressed; none where the cells follow a load at once.
     pub memory: Option<Box<dyn Memory>>,
     /// Pressure up to which the laws hold, Pa.
     pub full_scale: f64,
@@ -49,7 +49,7 @@ pub struct Chain {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainResponse {
     /// Pressure at each cell, Pa.
-    pub felt: Vec<f64>,
+    pub cell_loads: Vec<f64>,
     /// Value of each cell, SI.
     pub values: Vec<f64>,
     /// Signal of each channel, SI.
@@ -160,12 +160,12 @@ impl Chain {
     }
 
     /// Pressure at each cell under the mean pressure on each pitch of the surface, Pa.
-    pub fn felt(&self, pressures: &[f64]) -> Vec<f64> {
+    pub fn cell_loads(&self, pressures: &[f64]) -> Vec<f64> {
         let Some(last_row) = self.spread.len().checked_sub(1) else {
             return pressures.to_vec();
         };
         let (columns, last_column) = (self.layout.columns, self.spread[0].len() - 1);
-        let mut felt = vec![0.0; pressures.len()];
+        let mut cell_loads = vec![0.0; pressures.len()];
         for (source, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p != 0.0) {
             let (row, column) = (source / columns, source % columns);
             let rows = row.saturating_sub(last_row)..(row + last_row + 1).min(self.layout.rows);
@@ -173,16 +173,16 @@ impl Chain {
                 let shares = &self.spread[at.abs_diff(row)];
                 let first = column.saturating_sub(last_column);
                 for to in first..(column + last_column + 1).min(columns) {
-                    felt[at * columns + to] += pressure * shares[to.abs_diff(column)];
+                    cell_loads[at * columns + to] += pressure * shares[to.abs_diff(column)];
                 }
             }
         }
-        felt
+        cell_loads
     }
 
     /// Value of each cell under the pressure at it, Pa.
-    pub fn values(&self, felt: &[f64]) -> Vec<f64> {
-        let each = felt.iter().enumerate();
+    pub fn values(&self, cell_loads: &[f64]) -> Vec<f64> {
+        let each = cell_loads.iter().enumerate();
         each.map(|(index, p)| self.cell(index).value(*p)).collect()
     }
 
@@ -195,11 +195,11 @@ impl Chain {
 
     /// The whole way at rest of all memory, from the mean pressure on each pitch of the surface, Pa.
     pub fn respond(&self, pressures: &[f64]) -> ChainResponse {
-        let felt = self.felt(pressures);
-        let values = self.values(&felt);
+        let cell_loads = self.cell_loads(pressures);
+        let values = self.values(&cell_loads);
         let signals = self.signals(&values);
         ChainResponse {
-            felt,
+            cell_loads,
             values,
             signals,
         }

@@ -96,7 +96,7 @@ pub trait Stage: fmt::Debug + Send + Sync {
     }
 }
 
-/// What a cell feels of a pressure on the surface.
+/// Load on the surface to the loads at the cells.
 pub trait Cover: Stage {
     /// A copy.
     fn boxed(&self) -> Box<dyn Cover>;
@@ -257,14 +257,14 @@ pub trait Readout: Stage {
     fn noise(&self) -> f64;
 }
 
-/// What follows a load with a delay: the pressure that a cell feels under a pressure, and back.
+/// What follows a load with a delay: the load at a cell under a load above it, and back.
 pub trait Memory: fmt::Debug + Send + Sync {
-    /// The pressure that the cell feels, `elapsed` s after the last call.
+    /// The load at the cell, `elapsed` s after the last call.
     fn respond(&mut self, pressure: f64, elapsed: f64) -> f64;
 
-    /// The pressure on the cell from what it feels, `elapsed` s after the last call, and the
+    /// The load above the cell from that at it, `elapsed` s after the last call, and the
     /// slope of the one by the other.
-    fn recover(&mut self, felt: f64, elapsed: f64) -> [f64; 2];
+    fn recover(&mut self, cell_load: f64, elapsed: f64) -> [f64; 2];
 
     /// Time constants, s.
     fn times(&self) -> Vec<f64>;

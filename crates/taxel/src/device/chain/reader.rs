@@ -136,9 +136,9 @@ impl ChainReader {
         }
     }
 
-    /// The pressure that a cell of `chain` feels at a value, Pa; counted from its value at rest
+    /// The load at a cell of `chain` at a value, Pa; counted from its value at rest
     /// where that was captured.
-    fn felt(&self, chain: &Chain, taxel: usize, value: f64) -> f64 {
+    fn cell_load(&self, chain: &Chain, taxel: usize, value: f64) -> f64 {
         let law = chain.cell(taxel);
         let zero = if self.tared[taxel] {
             law.value(0.0) - self.at_rest.values[taxel]
@@ -148,14 +148,14 @@ impl ChainReader {
         law.pressure(value + zero, chain.full_scale)
     }
 
-    /// Variance of a felt pressure by what is made otherwise than drawn, of the cell alone, Pa².
-    fn variance_as_made(&self, taxel: usize, felt: f64) -> f64 {
+    /// Variance of a load at a cell by what is made otherwise than drawn, of the cell alone, Pa².
+    fn variance_as_made(&self, taxel: usize, cell_load: f64) -> f64 {
         let own = self.made.iter().filter(|(_, per_cell)| *per_cell);
         own.map(|(chain, _)| {
-            let off = self.felt(chain, taxel, self.found.values[taxel]) - felt;
+            let off = self.cell_load(chain, taxel, self.found.values[taxel]) - cell_load;
             // Beyond the range of the law on that side: at least as far as its end.
             if off.is_nan() {
-                self.chain.full_scale - felt
+                self.chain.full_scale - cell_load
             } else {
                 off
             }
@@ -167,21 +167,23 @@ impl ChainReader {
     /// Touch on a taxel from the value of its cell.
     fn taxel(&mut self, taxel: usize, state: ChannelState, elapsed: f64) -> TaxelTouch {
         let (value, deviation) = (self.found.values[taxel], self.found.deviations[taxel]);
-        let felt = self.felt(&self.chain, taxel, value);
+        let cell_load = self.cell_load(&self.chain, taxel, value);
         // Where the curve is steep at rest its slope says nothing: the interval is the image of
         // that of the value.
         let ends =
-            [-HALF, HALF].map(|side| self.felt(&self.chain, taxel, value + side * deviation));
+            [-HALF, HALF].map(|side| self.cell_load(&self.chain, taxel, value + side * deviation));
         let half = match ends.map(f64::is_nan) {
             [false, false] => 0.5 * (ends[1] - ends[0]),
-            [false, true] => felt - ends[0],
-            [true, false] => ends[1] - felt,
+            [false, true] => cell_load - ends[0],
+            [true, false] => ends[1] - cell_load,
             [true, true] => f64::NAN,
         };
         let [pressure, gain] = match self.memory.get_mut(taxel) {
-            // Without a reading the cell is taken to feel what it felt.
-            Some(memory) if state.usable() && felt.is_finite() => memory.recover(felt, elapsed),
-            _ => [felt, 1.0],
+            // Without a reading the load at the cell is taken not to have changed.
+            Some(memory) if state.usable() && cell_load.is_finite() => {
+                memory.recover(cell_load, elapsed)
+            }
+            _ => [cell_load, 1.0],
         };
         (self.weights[taxel], self.own[taxel]) = (0.0, 0.0);
         self.by_noise[taxel] = gain * half.abs() / HALF;
@@ -195,12 +197,12 @@ impl ChainReader {
             ChannelState::Saturated => TaxelTouch::pressing(largest, f64::NAN, State::Saturated),
             _ if !self.found.converged => TaxelTouch::without_value(State::NotConverged),
             _ if value.is_nan() => TaxelTouch::without_value(State::Inconsistent),
-            _ if felt.is_nan() && (value > law.value(0.0)) == rises => {
+            _ if cell_load.is_nan() && (value > law.value(0.0)) == rises => {
                 TaxelTouch::pressing(largest, f64::NAN, State::OutOfRange)
             }
-            _ if felt.is_nan() => TaxelTouch::without_value(State::BelowZero),
+            _ if cell_load.is_nan() => TaxelTouch::without_value(State::BelowZero),
             _ => {
-                self.own[taxel] = gain * gain * self.variance_as_made(taxel, felt);
+                self.own[taxel] = gain * gain * self.variance_as_made(taxel, cell_load);
                 self.weights[taxel] = gain * half / (HALF * deviation);
                 let deviation = self.by_noise[taxel].hypot(self.own[taxel].sqrt());
                 TaxelTouch::pressing(pressure, deviation, State::Ok)
@@ -223,8 +225,8 @@ impl ChainReader {
                 continue;
             }
             for (taxel, touch) in touch.taxels.iter_mut().enumerate() {
-                let felt = |value| self.felt(&self.chain, taxel, value);
-                let off = felt(moved.values[taxel]) - felt(self.found.values[taxel]);
+                let cell_load = |value| self.cell_load(&self.chain, taxel, value);
+                let off = cell_load(moved.values[taxel]) - cell_load(self.found.values[taxel]);
                 if touch.state == State::Ok && off.is_finite() {
                     touch.covariance[2][2] += off * off;
                     self.shared[index] += off;

@@ -44,13 +44,13 @@ impl Simulated for Piece {
 
     /// The network of a frame has each cell as it is when its own channel is read.
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
-        let mut felt = self.chain.felt(&self.pressures(script, start));
+        let mut cell_loads = self.chain.cell_loads(&self.pressures(script, start));
         let elapsed = self.last.map_or(0.0, |last| start - last);
         self.last = Some(start);
-        for (felt, memory) in felt.iter_mut().zip(&mut self.memory) {
-            *felt = memory.respond(*felt, elapsed);
+        for (load, memory) in cell_loads.iter_mut().zip(&mut self.memory) {
+            *load = memory.respond(*load, elapsed);
         }
-        let signals = self.chain.signals(&self.chain.values(&felt));
+        let signals = self.chain.signals(&self.chain.values(&cell_loads));
         let noise_of_input = self.chain.readout.noise().hypot(self.chain.last.noise());
         let read = |(cell, signal): (usize, &f64)| {
             let off = noise_of_input * noise.normal();

@@ -78,7 +78,7 @@ impl Predictor for MeasuredForcePredictor {
         let numbers = &answer.numbers[first..];
         row.extend(numbers.iter().map(|number| number_cell(number, &self.last)));
         let clipped = numbers.iter().any(|number| number.clipped);
-        row.push(Cell::from(if clipped { "saturated" } else { "ok" }));
+        row.push(Cell::State(if clipped { "saturated" } else { "ok" }));
         Ok(())
     }
 
