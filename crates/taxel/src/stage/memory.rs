@@ -31,6 +31,9 @@ impl Memory for Creep {
     }
 
     fn recover(&mut self, cell_load: f64, elapsed: f64) -> [f64; 2] {
+        if cell_load.is_nan() {
+            return [f64::NAN, 1.0];
+        }
         let gain = self.state.instant_gain(elapsed);
         let [pressure] = self.state.push([cell_load], elapsed);
         [pressure, gain]
