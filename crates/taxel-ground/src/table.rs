@@ -43,6 +43,8 @@ pub enum Cell {
     Whole(u64),
     /// Text.
     Text(Cow<'static, str>),
+    /// State of the sensor, or of a part of it, under the load of the row.
+    State(&'static str),
     /// No value: `null` in JSON, nothing in CSV.
     Missing,
 }
@@ -230,6 +232,9 @@ fn json_fields(keys: &[String], row: &[Cell], text: &mut String) {
             Cell::Text(value) => {
                 let _ = write!(text, "{}", Value::from(value.as_ref()));
             }
+            Cell::State(state) => {
+                let _ = write!(text, "{}", Value::from(*state));
+            }
         }
     }
 }
@@ -291,7 +296,7 @@ fn for_people(columns: &[Column], rows: &[Vec<Cell>]) -> String {
     let left: Vec<bool> = (0..columns.len())
         .map(|index| {
             rows.iter()
-                .any(|row| matches!(row.get(index), Some(Cell::Text(_))))
+                .any(|row| matches!(row.get(index), Some(Cell::Text(_) | Cell::State(_))))
         })
         .collect();
     lines.iter().fold(String::new(), |mut text, line| {
@@ -338,6 +343,7 @@ fn text_of(cell: &Cell, column: &Column) -> String {
         }
         Cell::Whole(value) => value.to_string(),
         Cell::Text(text) => shown::text(text),
+        Cell::State(state) => (*state).to_owned(),
         Cell::Missing => String::new(),
     }
 }
@@ -367,6 +373,7 @@ fn csv_row(units: &[Shown], row: &[Cell], text: &mut String) {
             Cell::Number(_) | Cell::Missing => (),
             Cell::Whole(value) => whole(*value, text),
             Cell::Text(value) => quoted(value, text),
+            Cell::State(state) => quoted(state, text),
         }
     }
     text.push('\n');
@@ -406,6 +413,15 @@ fn quoted(field: &str, text: &mut String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_state_is_printed_as_its_name() {
+        let (columns, rows) = ([Column::plain("state")], [vec![Cell::State("closed")]]);
+        let text = |format| render(format, &Map::new(), &columns, &rows);
+        assert_eq!(text(Format::Table), "state  closed\n");
+        assert_eq!(text(Format::Csv), "state\nclosed\n");
+        assert!(text(Format::Json).contains("{\"state\": \"closed\"}"));
+    }
 
     #[test]
     fn small_numbers_keep_digits_and_rounding_has_none() {

@@ -398,7 +398,7 @@ impl Sensor {
                                 column.push(match cell {
                                     Cell::Number(number) => *number,
                                     Cell::Whole(whole) => *whole as f64,
-                                    Cell::Text(_) | Cell::Missing => f64::NAN,
+                                    Cell::Text(_) | Cell::State(_) | Cell::Missing => f64::NAN,
                                 });
                             }
                         }

@@ -62,6 +62,8 @@ impl Values {
                 });
                 places.push(place as u32);
             }
+            // An array of states is one of words.
+            (_, Cell::State(state)) => self.push(&Cell::from(*state)),
             (Self::Empty(count), Cell::Missing) => *count += 1,
             (Self::Words(..), Cell::Missing) => self.push(&Cell::from("")),
             (Self::Mixed(cells), cell) => cells.push(cell.clone()),
@@ -120,6 +122,7 @@ impl Values {
                     Cell::Number(number) => number.into_pyobject(py).map(Bound::into_any),
                     Cell::Whole(whole) => (whole as f64).into_pyobject(py).map(Bound::into_any),
                     Cell::Text(text) => Ok(text.into_pyobject(py)?.into_any()),
+                    Cell::State(state) => Ok(state.into_pyobject(py)?.into_any()),
                     Cell::Missing => f64::NAN.into_pyobject(py).map(Bound::into_any),
                 });
                 let values = values.collect::<Result<Vec<_>, _>>()?;
@@ -241,7 +244,7 @@ impl<'py> Filled<'py> {
             Ok(match cell {
                 Cell::Number(_) | Cell::Missing => Room::Numbers(room(py, rows)?),
                 Cell::Whole(_) => Room::Whole(room(py, rows)?),
-                Cell::Text(_) => Room::Words(vec![0; rows]),
+                Cell::Text(_) | Cell::State(_) => Room::Words(vec![0; rows]),
             })
         };
         let columns: PyResult<_> = first.iter().map(column).collect();
@@ -372,7 +375,9 @@ impl Piece<'_> {
                 }
                 Place::Words(words, places) => {
                     let places = &mut **places;
-                    while let Some(Cell::Text(Cow::Borrowed(word))) = rows.get(at) {
+                    while let Some(Cell::Text(Cow::Borrowed(word)) | Cell::State(word)) =
+                        rows.get(at)
+                    {
                         places[filled] = words.constant(word);
                         filled += 1;
                         at += width;
@@ -401,6 +406,9 @@ impl Piece<'_> {
             }
             (Place::Whole(numbers), Cell::Whole(whole)) => {
                 numbers[self.filled] = whole.cast_signed();
+            }
+            (Place::Words(words, places), Cell::State(state)) => {
+                places[self.filled] = words.constant(state);
             }
             (Place::Words(words, places), Cell::Text(text)) => {
                 places[self.filled] = match text {

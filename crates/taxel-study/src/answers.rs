@@ -1,7 +1,7 @@
 //! What may be asked of a design.
 
 use taxel::InputError;
-use taxel::device::{Device, PlaceInformation, PlacedContact};
+use taxel::device::{Device, PlaceInformation, PlacedContact, read_back};
 use taxel::estimation::{Outcome as SearchOutcome, SearchOptions, estimate_unit};
 use taxel::information::{Information, InformationOptions, NoInformation, RadiusKnowledge};
 use taxel::mechanics::Mechanics;
@@ -511,7 +511,9 @@ fn prediction(
     let answered = mechanics != Some(Mechanics::Fem)
         && last.is_some_and(|loads| predictor.answer(&loads.load(0), &mut row).is_ok());
     let index = columns.iter().position(|one| one.name == written.quantity);
-    let word = answered && index.is_some_and(|index| matches!(row.get(index), Some(Cell::Text(_))));
+    let word = answered
+        && index
+            .is_some_and(|index| matches!(row.get(index), Some(Cell::Text(_) | Cell::State(_))));
     let column = Column {
         name: name.to_owned(),
         ..column.clone()
@@ -645,31 +647,35 @@ fn answer_of(
         Some(Cell::Whole(whole)) => Outcome::Number(*whole as f64),
         Some(Cell::Missing) => Outcome::Outside(String::from("there is no number at this load")),
         Some(Cell::Text(text)) => Outcome::Word(text.to_string()),
+        Some(Cell::State(state)) => Outcome::Word((*state).to_owned()),
         None => Outcome::Outside(format!("this design has no {quantity}")),
     }
 }
 
 /// The first state that is not accepted; of a quantity with the prefix of a state, that state.
-fn unaccepted<'r>(
+fn unaccepted(
     columns: &[Column],
-    row: &'r [Cell],
+    row: &[Cell],
     quantity: &str,
     accept: &[String],
-) -> Option<&'r str> {
-    let is_state = |name: &str| name == "state" || name.ends_with("_state");
+) -> Option<&'static str> {
+    let names = columns.iter().map(|column| column.name.as_str());
+    let states: Vec<(&str, &'static str)> = names
+        .zip(row)
+        .filter_map(|(name, cell)| match cell {
+            Cell::State(state) => Some((name, *state)),
+            _ => None,
+        })
+        .collect();
     let own = |name: &str| {
         name.strip_suffix("state")
             .is_some_and(|prefix| !prefix.is_empty() && quantity.starts_with(prefix))
     };
-    let names = columns.iter().map(|column| column.name.as_str());
-    let has_own = names.clone().any(|name| is_state(name) && own(name));
-    names
-        .zip(row)
-        .filter(|(name, _)| is_state(name) && (!has_own || own(name)) && *name != quantity)
-        .find_map(|(_, cell)| match cell {
-            Cell::Text(state) if !accept.iter().any(|ok| ok == state) => Some(state.as_ref()),
-            _ => None,
-        })
+    let has_own = states.iter().any(|(name, _)| own(name));
+    let concerned = |name: &str| (!has_own || own(name)) && name != quantity;
+    let accepted = |state: &str| accept.iter().any(|ok| ok == state);
+    let mut states = states.into_iter();
+    states.find_map(|(name, state)| (concerned(name) && !accepted(state)).then_some(state))
 }
 
 fn estimate(
@@ -1184,27 +1190,34 @@ impl Estimate {
                 _ => Outcome::Outside(String::from("the estimate does not converge")),
             };
         }
-        if let (Ok(made), Ok(drawn)) = (context.sensor.in_plane(), drawn.in_plane()) {
-            let Ok(loads) = Loads::one(&self.load, made.information_loads()) else {
+        let drawn = drawn.device().ok().and_then(|device| device.stages());
+        let device = context.device.as_deref();
+        if let (Some(device), Some(drawn)) = (device, drawn)
+            && let Some(made) = device.stages()
+        {
+            let columns = device.information_loads();
+            let Ok(loads) = Loads::one(&self.load, columns) else {
                 return Outcome::Outside(format!("the load {} is refused", self.load));
             };
-            let (true, Some(force)) = (axis == 2, loads.load(0).number(2)) else {
+            let load = loads.load(0);
+            let pressing = columns.iter().position(|column| column.name == "force_z");
+            let alone = load.values().flatten().count() == 1;
+            let force = pressing.and_then(|column| load.number(column));
+            let Some(force) = force.filter(|_| axis == 2 && alone) else {
                 return Outcome::Outside(String::from("only force_z is estimated, of a load fz"));
             };
-            let unit = made.model();
-            let model = match after {
-                AfterFile::AsDrawn => Some(drawn.model()),
-                AfterFile::Rest => drawn.model().at_rest(unit.rest_capacitance()),
-                AfterFile::Bench => Some(unit.clone()),
+            let layout = &made.layout;
+            let middle = layout.rows / 2 * layout.columns + layout.columns / 2;
+            let (model, tared) = match after {
+                AfterFile::AsDrawn => (&drawn, false),
+                AfterFile::Rest => (&drawn, true),
+                AfterFile::Bench => (&made, false),
             };
-            let read = || {
-                let compression = unit.compression_from_force(force).ok()?;
-                let capacitance = unit.respond(compression).ok()?.capacitance;
-                let state = model?.inverse().ok()?.state_from_capacitance(capacitance);
-                state.ok().map(|state| state.layer.force)
-            };
+            // The pressing load is the last one of a taxel.
+            let at = made.axes.count() * (middle + 1) - 1;
+            let found = read_back(&made, model, tared, at, force / made.area());
             let outside = || Outcome::Outside(String::from("no force belongs to the reading"));
-            return read().map_or_else(outside, finite);
+            return found.map_or_else(outside, |found| finite(made.area() * found.load));
         }
         Outcome::Outside(String::from(
             "no estimate of a made device for this element",

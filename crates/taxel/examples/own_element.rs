@@ -30,8 +30,8 @@ impl CellLaw for Foam {
         }
     }
 
-    fn area(&self) -> [f64; 2] {
-        [4e-3; 2] // m
+    fn area(&self) -> Option<[f64; 2]> {
+        Some([4e-3; 2]) // m
     }
 
     fn value(&self, pressure: f64) -> f64 {

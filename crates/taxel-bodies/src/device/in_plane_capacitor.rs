@@ -215,7 +215,7 @@ impl InPlaneFieldPredictor {
         ]);
         let capacitance = field.map(|state| state.capacitance);
         self.closed.signal_cells(capacitance, answer.number, row);
-        row.push(Cell::from(answer.state.name()));
+        row.push(Cell::State(answer.state.name()));
     }
 }
 

@@ -95,7 +95,7 @@ fn has_body(end: EndCondition) -> bool {
 }
 
 /// The body whose electrodes are solved: free ends on a wider base where the end condition
-/// is a factor, which the middle of the layer hardly feels.
+/// is a factor, on which the middle of the layer hardly depends.
 fn body(model: &InPlaneModel) -> InPlaneModel {
     let mut body = as_drawn(model);
     if !has_body(body.layer.end_condition) {

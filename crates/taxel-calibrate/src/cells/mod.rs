@@ -183,8 +183,7 @@ impl<'a> CellsCalibrator<'a> {
 
     /// Signal of what is at the input of the last stage.
     fn signal(&self, input: f64) -> f64 {
-        let [at_zero, gain] = self.chain.readout.line();
-        (input - at_zero) / gain
+        self.chain.readout.signal(input)
     }
 
     fn middle(&self) -> usize {
@@ -271,7 +270,6 @@ impl DeviceReadings for CellsCalibrator<'_> {
             return Err(table.error(name, format!("there is no column {name}"), &help));
         }
         let scale = self.chain.last.scale();
-        let [_, gain] = self.chain.readout.line();
         let mut left_out = Vec::new();
         let mut readings = Vec::with_capacity(table.len());
         for row in 0..table.len() {
@@ -306,7 +304,7 @@ impl DeviceReadings for CellsCalibrator<'_> {
                 signal: self.signal(input),
                 deviation: table
                     .positive(row, deviation)
-                    .map(|sigma| (sigma / gain).abs()),
+                    .map(|sigma| self.chain.readout.deviation(sigma)),
                 marked: table.flag(row, HOLD_OUT),
             });
         }

@@ -51,7 +51,7 @@ impl std::fmt::Display for FreeMotion {
     }
 }
 
-/// Share of a whole motion below which a support does not feel it.
+/// Share of a whole motion below which it does not move a support.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// A part of the body that its supports leave free to move.

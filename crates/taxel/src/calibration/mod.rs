@@ -1,7 +1,5 @@
 //! Model of one device that estimation inverts.
 
-mod in_plane;
-mod measured_force;
 mod microchannel;
 
 use crate::layout::Layout;
@@ -10,8 +8,6 @@ use crate::signal::NumberScale;
 use crate::transduction::UnitModel;
 use taxel_recording::SignalUnit;
 
-pub use in_plane::InPlaneCalibration;
-pub use measured_force::ForceModel;
 pub use microchannel::{
     ChannelScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
 };

@@ -23,13 +23,14 @@ use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
 use crate::quantity::{CAPACITANCE, Dimension, FORCE};
 use crate::sensor::{Broken, Sensor, require};
+use crate::stage::Chain;
 use crate::summary::{Fact, fact, number, text};
 use crate::table::{Cell, Column};
 use crate::transduction::PathTable;
 
-pub use chain::{ChainDevice, ChainPredictor, ChainReader, Registry};
+pub use chain::{ChainDevice, ChainPredictor, ChainReader, Registry, read_back};
 pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
-pub use measured_force::{MeasuredForceArray, MeasuredForcePrediction, MeasuredForcePredictor};
+pub use measured_force::MeasuredForceArray;
 pub use microchannel::{
     LAYERS, LayerAnswer, LayerState, MicrochannelArray, MicrochannelPrediction,
     MicrochannelPredictor, PartAnswer, loads as microchannel_loads,
@@ -131,6 +132,12 @@ pub trait Device {
     /// one for all, with the number of these.
     fn lists(&self) -> &'static [(&'static str, usize)] {
         &[]
+    }
+
+    /// The stages of its signal, as drawn; none for a device that is no chain of them, or whose loads
+    /// do not follow from its readings.
+    fn stages(&self) -> Option<Chain> {
+        None
     }
 
     /// Soft cover that spreads a contact over the elements; none for a device whose contacts press

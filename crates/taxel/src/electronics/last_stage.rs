@@ -9,7 +9,7 @@ use taxel_recording::{Quantity, SignalUnit};
 /// Largest step that the digits of an instrument have, over the noise that its sensor file
 /// states: rounding to it is a third of the variance. A reading that repeats is no fault before
 /// it has done so more often than such digits explain.
-pub(crate) const LARGEST_STEP: f64 = 2.0;
+const LARGEST_STEP: f64 = 2.0;
 
 /// Last stage of a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,11 @@ impl LastStage {
             },
             Self::Instrument(measured) => NumberScale {
                 ends: measured.ends(),
-                step: LARGEST_STEP * measured.deviation(),
+                step: LARGEST_STEP
+                    * measured
+                        .deviations()
+                        .into_iter()
+                        .fold(f64::INFINITY, f64::min),
                 ..NumberScale::VALUES
             },
         }
@@ -105,12 +109,25 @@ impl LastStage {
         }
     }
 
+    /// The same of a reading along x, y or z, for an element with axes.
+    pub fn deviation_along(&self, axis: usize) -> f64 {
+        match self {
+            Self::Converter(_) => self.deviation(),
+            Self::Instrument(measured) => measured.deviations()[axis],
+        }
+    }
+
     /// Noise of this stage that a draw of the standard normal distribution scales, SI; that of
     /// rounding comes by itself.
     pub fn noise(&self) -> f64 {
+        self.noise_along(2)
+    }
+
+    /// The same of a reading along x, y or z, for an element with axes.
+    pub fn noise_along(&self, axis: usize) -> f64 {
         match self {
             Self::Converter(_) => 0.0,
-            Self::Instrument(measured) => measured.deviation(),
+            Self::Instrument(measured) => measured.deviations()[axis],
         }
     }
 

@@ -22,7 +22,6 @@ pub use first_order_filter::FirstOrderFilter;
 pub use front_end::{
     Digital, DigitalUnit, Electronics, FrontEnd, Readout, Stage, times_in_another_unit,
 };
-pub(crate) use last_stage::LARGEST_STEP;
 pub use last_stage::{Delivered, LastStage};
 pub use measured::{Measured, MeasuredUnit, Noises, Stated};
 pub use output::Output;

@@ -13,14 +13,12 @@ mod event;
 mod force_history;
 mod health;
 mod holding;
-mod in_plane;
 mod indentation_map;
 mod kernel_regression;
 mod last_positions;
 mod localisation;
 mod map;
 mod map_noise;
-mod measured_force;
 mod microchannel;
 mod motion;
 mod numbers;
@@ -51,7 +49,6 @@ pub use force_history::HistoryOptions;
 pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
-pub use in_plane::{CONTACT_DEVIATIONS, CONTACT_SHARE, InPlaneReader, InPlaneReaderError};
 pub use indentation_map::{localiser, regression};
 pub use kernel_regression::{KernelRegression, Press, Trust};
 pub use localisation::{
@@ -59,7 +56,6 @@ pub use localisation::{
 };
 pub use map::{MapOptions, MapReader};
 pub use map_noise::MapNoise;
-pub use measured_force::MeasuredForceReader;
 pub use microchannel::{
     MicrochannelOptions, MicrochannelReader, MicrochannelState, MicrochannelTouch, TaxelPressure,
 };

@@ -339,7 +339,7 @@ fn points(columns: &[Column], rows: &[Vec<Cell>], x: &str, y: &str) -> Vec<[f64;
     let shown = |row: &[Cell], index: usize| match row[index] {
         Cell::Number(value) => columns[index].shown(value),
         Cell::Whole(value) => value as f64,
-        Cell::Text(_) | Cell::Missing => f64::NAN,
+        Cell::Text(_) | Cell::State(_) | Cell::Missing => f64::NAN,
     };
     rows.iter()
         .map(|row| [shown(row, x), shown(row, y)])

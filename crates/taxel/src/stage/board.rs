@@ -1,8 +1,9 @@
 //! The board behind a network: first stage, last stage and scan.
 
 use super::{CellQuantity, Readout, Stage};
-use crate::electronics::{self, Electronics, LastStage, Scan};
-use crate::quantity::{CONDUCTANCE, STRESS, VOLTAGE};
+use crate::electronics::{self, ChargeAmplifier, Electronics, LastStage, Scan};
+use crate::quantity::{CAPACITANCE, CONDUCTANCE, STRESS, VOLTAGE};
+use crate::signal::NumberScale;
 
 /// A first stage whose output is a straight line of the signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +21,49 @@ impl Readout for LinearReadout {
         Box::new(*self)
     }
 
-    fn line(&self) -> [f64; 2] {
-        self.line
+    fn input(&self, signal: f64) -> f64 {
+        self.line[0] + self.line[1] * signal
+    }
+
+    fn signal(&self, input: f64) -> f64 {
+        (input - self.line[0]) / self.line[1]
+    }
+
+    fn deviation(&self, of_input: f64) -> f64 {
+        (of_input / self.line[1]).abs()
+    }
+
+    fn scale(&self, last: NumberScale) -> NumberScale {
+        NumberScale {
+            at_zero: self.signal(last.at_zero),
+            per_number: last.per_number / self.line[1],
+            ..last
+        }
+    }
+
+    fn noise(&self) -> f64 {
+        self.noise
+    }
+}
+
+impl Stage for ChargeAmplifier {}
+
+/// The signal is a capacitance.
+impl Readout for ChargeAmplifier {
+    fn boxed(&self) -> Box<dyn Readout> {
+        Box::new(*self)
+    }
+
+    fn input(&self, signal: f64) -> f64 {
+        self.voltage(signal)
+    }
+
+    fn signal(&self, input: f64) -> f64 {
+        self.capacitance(input)
+    }
+
+    fn deviation(&self, of_input: f64) -> f64 {
+        of_input * self.farad_per_volt()
     }
 
     fn noise(&self) -> f64 {
@@ -49,6 +91,7 @@ impl Board {
     /// Keys of the readouts that can, where this one cannot.
     pub fn new(electronics: &Electronics, signal: CellQuantity) -> Result<Self, Vec<&'static str>> {
         let allowed = || match signal.dimension {
+            Some(dimension) if *dimension == CAPACITANCE => vec!["charge_amplifier", "measured"],
             Some(dimension) if *dimension == CONDUCTANCE => vec!["transimpedance"],
             Some(dimension) if *dimension == STRESS => vec!["pressure_chip", "measured"],
             Some(_) => vec!["measured"],
@@ -58,34 +101,37 @@ impl Board {
         let direct = signal
             .dimension
             .is_some_and(|dimension| last.takes(dimension));
-        let of_conductance = signal
-            .dimension
-            .is_some_and(|dimension| *dimension == CONDUCTANCE);
-        let readout = match electronics.first_stage() {
+        let is = |wanted| signal.dimension == Some(wanted);
+        let readout: Box<dyn Readout> = match electronics.first_stage() {
             Some(electronics::Stage::Transimpedance(stage))
-                if of_conductance && last.takes(&VOLTAGE) =>
+                if is(&CONDUCTANCE) && last.takes(&VOLTAGE) =>
             {
-                LinearReadout {
+                Box::new(LinearReadout {
                     line: [0.0, stage.supply * stage.feedback],
                     noise: stage.noise,
-                }
+                })
+            }
+            Some(electronics::Stage::ChargeAmplifier(stage))
+                if is(&CAPACITANCE) && last.takes(&VOLTAGE) =>
+            {
+                Box::new(stage)
             }
             Some(electronics::Stage::ReferenceDivider(stage))
                 if signal.dimension.is_none() && last.takes(&VOLTAGE) =>
             {
-                LinearReadout {
+                Box::new(LinearReadout {
                     line: [0.0, stage.supply],
                     noise: stage.noise,
-                }
+                })
             }
-            None if direct => LinearReadout {
+            None if direct => Box::new(LinearReadout {
                 line: [electronics.ambient(), 1.0],
                 noise: 0.0,
-            },
+            }),
             _ => return Err(allowed()),
         };
         Ok(Self {
-            readout: Box::new(readout),
+            readout,
             last,
             scan: electronics.scan,
             period: electronics.period(),

@@ -9,7 +9,7 @@ use super::{
     CellLaw, Cover, Creep, LayeredRubber, Memory, NetworkDescription, PartParameter, Parts,
     PressurePort, Resistor, Stage as _,
 };
-use crate::mechanics::RelaxationTerm;
+use crate::mechanics::{ForceAxes, RelaxationTerm};
 use crate::quantity::{self, Checked, Fraction, PositiveStress};
 
 /// An array of cells on a cover, read through a network.
@@ -70,6 +70,7 @@ impl Cells {
         Parts {
             cover: self.cover.as_ref().map(Cover::boxed),
             cell: self.clone().cell().boxed(),
+            axes: ForceAxes::Z,
             network: self.network.between(lines, reference),
             memory: Creep::new(&self.relaxation).map(|creep| Box::new(creep) as Box<dyn Memory>),
             full_scale: self.full_scale,

@@ -1,8 +1,12 @@
 //! Five parts in a row, and what follows from their order alone.
 
-use super::{Board, CellLaw, Cover, Memory, Network, OneToOne, PartParameter, Readout, Stage};
+use super::{
+    Board, CellLaw, CellLoad, Cover, Memory, Network, OneToOne, PartParameter, Readout, Stage,
+};
 use crate::electronics::{LastStage, Scan};
 use crate::layout::Layout;
+use crate::mechanics::ForceAxes;
+use crate::signal::NumberScale;
 
 /// Parts of an array of cells, from the load to the numbers of a frame.
 ///
@@ -19,8 +23,10 @@ use crate::layout::Layout;
 /// ```
 #[derive(Debug)]
 pub struct Chain {
-    /// Where the cells are.
+    /// Where the taxels are.
     pub layout: Layout,
+    /// Which forces of a taxel have a cell; the pressing one alone of a chain with a cover.
+    pub axes: ForceAxes,
     /// What spreads the pressure; none where each cell takes what acts on its own pitch.
     pub cover: Option<Box<dyn Cover>>,
     /// The law of each cell, or one for all.
@@ -35,11 +41,11 @@ pub struct Chain {
     pub scan: Scan,
     /// Time between frames, s.
     pub period: f64,
-    /// Memory of a cell that has felt nothing; none where the cells follow a load at once.
+    /// Memory of a cell that nothing has pressed; none where the cells follow a load at once.
     pub memory: Option<Box<dyn Memory>>,
-    /// Pressure up to which the laws hold, Pa.
+    /// Load up to which the laws hold, Pa or N.
     pub full_scale: f64,
-    /// Cells that are not used.
+    /// Taxels that are not used.
     pub masked: Vec<bool>,
     /// Shares of [`Cover::share`] by the distance in rows and columns, as far as it reaches.
     spread: Vec<Vec<f64>>,
@@ -48,8 +54,8 @@ pub struct Chain {
 /// Response of all cells and channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainResponse {
-    /// Pressure at each cell, Pa.
-    pub felt: Vec<f64>,
+    /// Load at each cell, Pa or N.
+    pub cell_loads: Vec<f64>,
     /// Value of each cell, SI.
     pub values: Vec<f64>,
     /// Signal of each channel, SI.
@@ -63,11 +69,13 @@ pub struct Parts {
     pub cover: Option<Box<dyn Cover>>,
     /// The law of all cells.
     pub cell: Box<dyn CellLaw>,
+    /// Which forces of a taxel have a cell.
+    pub axes: ForceAxes,
     /// What joins the cells to channels.
     pub network: Box<dyn Network>,
     /// Memory of a cell.
     pub memory: Option<Box<dyn Memory>>,
-    /// Pressure up to which the laws hold, Pa.
+    /// Load up to which the laws hold, Pa or N.
     pub full_scale: f64,
 }
 
@@ -77,6 +85,7 @@ impl Parts {
         Self {
             cover: None,
             cell,
+            axes: ForceAxes::Z,
             network: Box::new(OneToOne),
             memory: None,
             full_scale,
@@ -88,6 +97,7 @@ impl Clone for Chain {
     fn clone(&self) -> Self {
         Self {
             layout: self.layout.clone(),
+            axes: self.axes,
             cover: self.cover.as_ref().map(|cover| cover.boxed()),
             cells: self.cells.iter().map(|cell| cell.boxed()).collect(),
             network: self.network.boxed(),
@@ -108,6 +118,7 @@ impl Chain {
     pub fn new(layout: Layout, parts: Parts, board: Board, masked: Vec<bool>) -> Self {
         let mut chain = Self {
             layout,
+            axes: parts.axes,
             cover: parts.cover,
             cells: vec![parts.cell],
             network: parts.network,
@@ -126,7 +137,7 @@ impl Chain {
 
     /// Computes what follows from the numbers of the parts.
     fn settle(&mut self) {
-        let (layout, area) = (&self.layout, self.cells[0].area());
+        let layout = &self.layout;
         // A cover that does not fit is refused by the check of the device.
         let cover = self
             .cover
@@ -139,14 +150,28 @@ impl Chain {
             };
             let x = offsets(layout.pitch[0], layout.columns);
             let y = offsets(layout.pitch[1], layout.rows);
-            let shares = cover.shares(area, layout.pitch, [&x, &y]);
+            let shares = cover.shares(self.cell_area(), layout.pitch, [&x, &y]);
             shares.chunks(x.len()).map(<[f64]>::to_vec).collect()
         });
     }
 
     /// Number of cells, which is that of the channels.
     pub fn count(&self) -> usize {
-        self.layout.taxels()
+        self.axes.count() * self.layout.taxels()
+    }
+
+    /// Taxel of a cell, and the axis of its load among x, y and z.
+    pub fn of_cell(&self, cell: usize) -> (usize, usize) {
+        let count = self.axes.count();
+        (cell / count, self.axes.first() + cell % count)
+    }
+
+    /// Gives a cell a law of its own.
+    pub fn set_cell(&mut self, index: usize, law: Box<dyn CellLaw>) {
+        if self.cells.len() == 1 && self.count() > 1 {
+            self.cells = (0..self.count()).map(|_| self.cells[0].boxed()).collect();
+        }
+        self.cells[index] = law;
     }
 
     /// The law of a cell.
@@ -154,35 +179,50 @@ impl Chain {
         self.cells[index.min(self.cells.len() - 1)].as_ref()
     }
 
-    /// Area of the surface over which a cell stands for the pressure, m².
-    pub fn area(&self) -> f64 {
-        self.layout.pitch[0] * self.layout.pitch[1]
+    /// Sides of the area that the load of a cell acts on, m; where it is not known the pitch, which is
+    /// the most.
+    pub fn cell_area(&self) -> [f64; 2] {
+        self.cells[0].area().unwrap_or(self.layout.pitch)
     }
 
-    /// Pressure at each cell under the mean pressure on each pitch of the surface, Pa.
-    pub fn felt(&self, pressures: &[f64]) -> Vec<f64> {
+    /// Factors that turn a load of a cell into the force on its taxel: the sides of its pitch, m, or 1.
+    pub fn sides(&self) -> [f64; 2] {
+        match self.cells[0].load() {
+            CellLoad::Pressure => self.layout.pitch,
+            CellLoad::Force => [1.0; 2],
+        }
+    }
+
+    /// Force on a taxel per load of its cell: the area of its pitch, m², or 1.
+    pub fn area(&self) -> f64 {
+        let [x, y] = self.sides();
+        x * y
+    }
+
+    /// Load at each cell under the loads on the surface, in the same unit.
+    pub fn cell_loads(&self, loads: &[f64]) -> Vec<f64> {
         let Some(last_row) = self.spread.len().checked_sub(1) else {
-            return pressures.to_vec();
+            return loads.to_vec();
         };
         let (columns, last_column) = (self.layout.columns, self.spread[0].len() - 1);
-        let mut felt = vec![0.0; pressures.len()];
-        for (source, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p != 0.0) {
+        let mut cell_loads = vec![0.0; loads.len()];
+        for (source, load) in loads.iter().enumerate().filter(|(_, p)| **p != 0.0) {
             let (row, column) = (source / columns, source % columns);
             let rows = row.saturating_sub(last_row)..(row + last_row + 1).min(self.layout.rows);
             for at in rows {
                 let shares = &self.spread[at.abs_diff(row)];
                 let first = column.saturating_sub(last_column);
                 for to in first..(column + last_column + 1).min(columns) {
-                    felt[at * columns + to] += pressure * shares[to.abs_diff(column)];
+                    cell_loads[at * columns + to] += load * shares[to.abs_diff(column)];
                 }
             }
         }
-        felt
+        cell_loads
     }
 
-    /// Value of each cell under the pressure at it, Pa.
-    pub fn values(&self, felt: &[f64]) -> Vec<f64> {
-        let each = felt.iter().enumerate();
+    /// Value of each cell under the load at it.
+    pub fn values(&self, cell_loads: &[f64]) -> Vec<f64> {
+        let each = cell_loads.iter().enumerate();
         each.map(|(index, p)| self.cell(index).value(*p)).collect()
     }
 
@@ -193,13 +233,14 @@ impl Chain {
         signals
     }
 
-    /// The whole way at rest of all memory, from the mean pressure on each pitch of the surface, Pa.
-    pub fn respond(&self, pressures: &[f64]) -> ChainResponse {
-        let felt = self.felt(pressures);
-        let values = self.values(&felt);
+    /// The whole way at rest of all memory, from the loads on the surface: of each cell the mean
+    /// pressure on its pitch, Pa, or the force on its taxel, N.
+    pub fn respond(&self, loads: &[f64]) -> ChainResponse {
+        let cell_loads = self.cell_loads(loads);
+        let values = self.values(&cell_loads);
         let signals = self.signals(&values);
         ChainResponse {
-            felt,
+            cell_loads,
             values,
             signals,
         }
@@ -210,12 +251,12 @@ impl Chain {
         self.respond(&vec![0.0; self.count()]).signals
     }
 
-    /// Slopes of all signals by the pressures along `direction`, per Pa, at `pressures`: a central
+    /// Slopes of all signals by the loads along `direction` at `loads`: a central
     /// difference over a thousandth of the full scale, which every law resolves.
-    pub fn slopes(&self, pressures: &[f64], direction: &[f64]) -> Vec<f64> {
+    pub fn slopes(&self, loads: &[f64], direction: &[f64]) -> Vec<f64> {
         let step = 1e-3 * self.full_scale;
         let [low, high] = [-step, step].map(|step| {
-            let moved = pressures.iter().zip(direction).map(|(p, d)| p + step * d);
+            let moved = loads.iter().zip(direction).map(|(p, d)| p + step * d);
             self.respond(&moved.collect::<Vec<_>>()).signals
         });
         let pairs = high.iter().zip(&low);
@@ -224,22 +265,32 @@ impl Chain {
             .collect()
     }
 
-    /// Standard deviation of one reading as a signal, SI: noise, and rounding to counts.
+    /// Standard deviation of one reading of a pressing load as a signal, SI: noise, and rounding to
+    /// counts.
     pub fn deviation(&self) -> f64 {
-        let [_, gain] = self.readout.line();
-        (self.readout.noise().hypot(self.last.deviation()) / gain).abs()
+        self.deviation_along(2)
+    }
+
+    /// The same of a load along x, y or z.
+    pub fn deviation_along(&self, axis: usize) -> f64 {
+        let of_last = self.last.deviation_along(axis);
+        self.readout.deviation(self.readout.noise().hypot(of_last))
     }
 
     /// Input of the last stage at a signal.
     pub fn input(&self, signal: f64) -> f64 {
-        let [at_zero, gain] = self.readout.line();
-        at_zero + gain * signal
+        self.readout.input(signal)
     }
 
-    /// Sampling time of a cell after the start of the frame, s.
-    pub fn delay(&self, index: usize) -> f64 {
+    /// Numbers of a frame to signals.
+    pub fn scale(&self) -> NumberScale {
+        self.readout.scale(self.last.scale())
+    }
+
+    /// Sampling time of a taxel after the start of the frame, s.
+    pub fn delay(&self, taxel: usize) -> f64 {
         let columns = self.layout.columns;
-        self.scan.delay(index / columns, index % columns, columns)
+        self.scan.delay(taxel / columns, taxel % columns, columns)
     }
 
     /// The parts with the keys by which `check` names them, in the order of the signal.

@@ -3,7 +3,7 @@
 use super::Memory;
 use crate::mechanics::{Relaxation, RelaxationTerm};
 
-/// The creep of relaxing springs beside the long-time one: under a sudden pressure the cell feels
+/// The creep of relaxing springs beside the long-time one: under a sudden pressure that at the cell is
 /// p/(1 + Σ rⱼ), and p in the long run.
 #[derive(Debug, Clone)]
 pub struct Creep {
@@ -12,7 +12,7 @@ pub struct Creep {
 }
 
 impl Creep {
-    /// A cell that has felt nothing; none without terms.
+    /// A cell that nothing has pressed; none without terms.
     pub fn new(terms: &[RelaxationTerm]) -> Option<Self> {
         let mut state = Relaxation::new(terms);
         // At rest before the first load.
@@ -26,13 +26,16 @@ impl Creep {
 
 impl Memory for Creep {
     fn respond(&mut self, pressure: f64, elapsed: f64) -> f64 {
-        let [felt] = self.state.push_total([pressure], elapsed);
-        felt
+        let [cell_load] = self.state.push_total([pressure], elapsed);
+        cell_load
     }
 
-    fn recover(&mut self, felt: f64, elapsed: f64) -> [f64; 2] {
+    fn recover(&mut self, cell_load: f64, elapsed: f64) -> [f64; 2] {
+        if cell_load.is_nan() {
+            return [f64::NAN, 1.0];
+        }
         let gain = self.state.instant_gain(elapsed);
-        let [pressure] = self.state.push([felt], elapsed);
+        let [pressure] = self.state.push([cell_load], elapsed);
         [pressure, gain]
     }
 
@@ -70,9 +73,9 @@ mod tests {
         let (mut cell, mut reader) = (creep.fresh(), creep.fresh());
         for step in 0..1000 {
             let pressure = 1e4 * (f64::from(step) * 0.03).sin();
-            let felt = cell.respond(pressure, 0.01);
+            let cell_load = cell.respond(pressure, 0.01);
             // Rounding of sums of two exponentials.
-            assert!((reader.recover(felt, 0.01)[0] - pressure).abs() < 1e-9);
+            assert!((reader.recover(cell_load, 0.01)[0] - pressure).abs() < 1e-9);
         }
         let mut cell = creep.fresh();
         assert!((cell.respond(1.4e4, 0.0) - 1e4).abs() < 1e-9);

@@ -18,6 +18,9 @@
 mod board;
 mod cells;
 mod chain;
+mod force;
+mod hysteresis;
+mod in_plane;
 mod layered;
 mod lines;
 mod memory;
@@ -30,12 +33,16 @@ use std::fmt;
 
 use crate::drawing::View;
 use crate::quantity::Dimension;
+use crate::signal::NumberScale;
 use taxel_ground::summary::Fact;
 use taxel_numerics::roots::ridders;
 
 pub use board::{Board, LinearReadout};
 pub use cells::{CellDescription, Cells};
 pub use chain::{Chain, ChainResponse, Parts};
+pub use force::ForceCell;
+pub use hysteresis::Hysteresis;
+pub use in_plane::InPlaneCell;
 pub use layered::{LayeredRubber, RubberLayer};
 pub use lines::{Lines, NetworkDescription};
 pub use memory::Creep;
@@ -96,7 +103,7 @@ pub trait Stage: fmt::Debug + Send + Sync {
     }
 }
 
-/// What a cell feels of a pressure on the surface.
+/// Load on the surface to the loads at the cells.
 pub trait Cover: Stage {
     /// A copy.
     fn boxed(&self) -> Box<dyn Cover>;
@@ -141,7 +148,64 @@ pub struct CellQuantity {
     pub unit: (&'static str, f64, &'static str),
 }
 
-/// Pressure on a cell to its value: a curve that rises or falls all the way.
+/// What loads a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CellLoad {
+    /// The mean pressure over it, Pa.
+    Pressure,
+    /// The force on its taxel, N.
+    Force,
+}
+
+/// How far a value says something of the load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CellState {
+    /// It belongs to one load.
+    Ok,
+    /// It lies on the side of the value at rest that no load leads to.
+    BelowRest,
+    /// It lies beyond the end of the law: the load is at least that of the end.
+    Beyond,
+    /// The same, and more than one load beyond it has this value.
+    Ambiguous,
+    /// The reading is at an end of its range.
+    Saturated,
+    /// No such cell has this value.
+    Impossible,
+}
+
+/// What the value of a cell says of the load on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellEstimate {
+    /// The load, Pa or N, or its bound; `NaN` where the value says nothing of it.
+    pub load: f64,
+    /// How much the standard deviation of the value moves it; negative where the value falls under
+    /// load, `NaN` of a bound.
+    pub deviation: f64,
+    /// How far the value says something of the load.
+    pub state: CellState,
+}
+
+impl CellEstimate {
+    /// A least load, and why it is no more than that.
+    pub fn bound(load: f64, state: CellState) -> Self {
+        Self {
+            load,
+            deviation: f64::NAN,
+            state,
+        }
+    }
+
+    /// Nothing, and why.
+    pub fn nothing(state: CellState) -> Self {
+        Self::bound(f64::NAN, state)
+    }
+}
+
+/// Half a 95 % interval in standard deviations.
+const HALF: f64 = 1.959963984540054;
+
+/// Load on a cell to its value: a curve that rises or falls all the way.
 pub trait CellLaw: Stage {
     /// A copy.
     fn boxed(&self) -> Box<dyn CellLaw>;
@@ -149,34 +213,95 @@ pub trait CellLaw: Stage {
     /// What the value is.
     fn quantity(&self) -> CellQuantity;
 
-    /// Sides of the area that the pressure acts on, m.
-    fn area(&self) -> [f64; 2];
-
-    /// Value under `pressure`, Pa, SI. Below zero the curve goes on as its mirror image about the
-    /// value at rest, so that noise about zero has a pressure of either sign.
-    fn value(&self, pressure: f64) -> f64;
-
-    /// The pressure of a value: the inverse of [`Self::value`], Pa, within `largest`, Pa, of
-    /// either sign; `NaN` beyond.
-    fn pressure(&self, value: f64, largest: f64) -> f64 {
-        let [low, high] = [-largest, largest].map(|end| self.value(end));
-        if value.is_nan() || (value - low) * (value - high) > 0.0 {
-            return f64::NAN;
-        }
-        let sign = (high - low).signum();
-        ridders([-largest, largest], |p| sign * (self.value(p) - value))
+    /// What loads it; a pressure by default.
+    fn load(&self) -> CellLoad {
+        CellLoad::Pressure
     }
 
-    /// Slope of the value, SI per Pa, at a pressure: central difference over a thousandth of
-    /// `largest`, which the curve resolves.
-    fn slope(&self, pressure: f64, largest: f64) -> f64 {
-        let step = 1e-3 * largest;
-        (self.value(pressure + step) - self.value(pressure - step)) / (2.0 * step)
+    /// Sides of the area that the load acts on, m; none where they are not known.
+    fn area(&self) -> Option<[f64; 2]>;
+
+    /// Value under `load`, SI. Below zero the curve goes on as its mirror image about the value at
+    /// rest, so that noise about zero has a load of either sign.
+    fn value(&self, load: f64) -> f64;
+
+    /// The load of a value: the inverse of [`Self::value`] within `largest` of either sign; `NaN`
+    /// beyond. By default the root of the curve, bracketed.
+    fn inverse(&self, value: f64, largest: f64) -> f64 {
+        searched(|load| self.value(load), value, largest)
+    }
+
+    /// What a value with this standard deviation says of a load up to `largest`. Where a curve is
+    /// steep at rest its slope says nothing, so that by default the interval is the image of the
+    /// 95 % interval of the value.
+    fn estimate(&self, value: f64, deviation: f64, largest: f64) -> CellEstimate {
+        image(self, value, deviation, largest)
+    }
+
+    /// True if the value is the load: of boards that give it themselves. A reading at an end of the
+    /// range is then a bound of the load.
+    fn is_the_load(&self) -> bool {
+        false
+    }
+
+    /// False if no load brings a reading to an end of its range: such a reading is a fault.
+    fn saturates(&self) -> bool {
+        true
+    }
+
+    /// The law of a cell whose value at rest is this one, where that tells more of it than an
+    /// offset; by default none, and values are counted from it.
+    fn at_rest(&self, value: f64) -> Option<Box<dyn CellLaw>> {
+        let _ = value;
+        None
+    }
+
+    /// Why the cell cannot have this value at rest, as the end of a sentence that begins with the
+    /// cell; none when it can.
+    fn rest_problem(&self, value: f64) -> Option<String> {
+        let _ = value;
+        None
     }
 
     /// What the stated deviation leaves out, for `taxel check`; none if nothing.
     fn caveat(&self) -> Option<&'static str> {
         None
+    }
+}
+
+/// The load within `largest` of either sign whose value on `curve` is `value`; `NaN` if there is none.
+fn searched(curve: impl Fn(f64) -> f64, value: f64, largest: f64) -> f64 {
+    let [low, high] = [-largest, largest].map(&curve);
+    if value.is_nan() || (value - low) * (value - high) > 0.0 {
+        return f64::NAN;
+    }
+    let sign = (high - low).signum();
+    ridders([-largest, largest], |load| sign * (curve(load) - value))
+}
+
+/// The load of a value with the image of its 95 % interval.
+fn image<L: CellLaw + ?Sized>(law: &L, value: f64, deviation: f64, largest: f64) -> CellEstimate {
+    let load = law.inverse(value, largest);
+    if load.is_nan() {
+        let rest = law.value(0.0);
+        let rises = law.value(largest) > rest;
+        return if (value > rest) == rises {
+            CellEstimate::bound(largest, CellState::Beyond)
+        } else {
+            CellEstimate::nothing(CellState::BelowRest)
+        };
+    }
+    let ends = [-HALF, HALF].map(|side| law.inverse(value + side * deviation, largest));
+    let half = match ends.map(f64::is_nan) {
+        [false, false] => 0.5 * (ends[1] - ends[0]),
+        [false, true] => load - ends[0],
+        [true, false] => ends[1] - load,
+        [true, true] => f64::NAN,
+    };
+    CellEstimate {
+        load,
+        deviation: half / HALF,
+        state: CellState::Ok,
     }
 }
 
@@ -250,21 +375,37 @@ pub trait Readout: Stage {
     /// A copy.
     fn boxed(&self) -> Box<dyn Readout>;
 
-    /// Input of the last stage, SI, at the signal zero, and per signal: a straight line.
-    fn line(&self) -> [f64; 2];
+    /// Input of the last stage at a signal, SI, as the board is.
+    fn input(&self, signal: f64) -> f64;
+
+    /// Signal that the board as drawn would have at this input of the last stage, SI.
+    fn signal(&self, input: f64) -> f64;
+
+    /// A standard deviation at the input of the last stage as one of the signal, SI.
+    fn deviation(&self, of_input: f64) -> f64;
+
+    /// Numbers of a frame to signals, from those to inputs of the last stage.
+    fn scale(&self, last: NumberScale) -> NumberScale {
+        let at_zero = self.signal(last.at_zero);
+        NumberScale {
+            at_zero,
+            per_number: self.signal(last.input(1.0)) - at_zero,
+            ..last
+        }
+    }
 
     /// Noise at the input of the last stage without that of the last stage itself, SI.
     fn noise(&self) -> f64;
 }
 
-/// What follows a load with a delay: the pressure that a cell feels under a pressure, and back.
+/// What follows a load with a delay: the load at a cell under a load above it, and back.
 pub trait Memory: fmt::Debug + Send + Sync {
-    /// The pressure that the cell feels, `elapsed` s after the last call.
+    /// The load at the cell, `elapsed` s after the last call.
     fn respond(&mut self, pressure: f64, elapsed: f64) -> f64;
 
-    /// The pressure on the cell from what it feels, `elapsed` s after the last call, and the
+    /// The load above the cell from that at it, `elapsed` s after the last call, and the
     /// slope of the one by the other.
-    fn recover(&mut self, felt: f64, elapsed: f64) -> [f64; 2];
+    fn recover(&mut self, cell_load: f64, elapsed: f64) -> [f64; 2];
 
     /// Time constants, s.
     fn times(&self) -> Vec<f64>;

@@ -48,8 +48,8 @@ impl CellLaw for PressurePort {
 
     /// A square of the same second moment as the port: over both a smooth pressure has the same
     /// mean up to the fourth order of their size.
-    fn area(&self) -> [f64; 2] {
-        [3.0_f64.sqrt() * self.port_radius; 2]
+    fn area(&self) -> Option<[f64; 2]> {
+        Some([3.0_f64.sqrt() * self.port_radius; 2])
     }
 
     fn value(&self, pressure: f64) -> f64 {

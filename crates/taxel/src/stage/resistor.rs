@@ -101,8 +101,8 @@ impl CellLaw for Resistor {
         }
     }
 
-    fn area(&self) -> [f64; 2] {
-        self.area
+    fn area(&self) -> Option<[f64; 2]> {
+        Some(self.area)
     }
 
     fn value(&self, pressure: f64) -> f64 {
@@ -111,7 +111,7 @@ impl CellLaw for Resistor {
         law.rest + law.factor * size.copysign(pressure)
     }
 
-    fn pressure(&self, value: f64, largest: f64) -> f64 {
+    fn inverse(&self, value: f64, largest: f64) -> f64 {
         let law = &self.conductance;
         let added = (value - law.rest) / law.factor;
         let pressure = law.unit_pressure * added.abs().powf(law.exponent.recip());

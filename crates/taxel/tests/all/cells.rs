@@ -139,17 +139,17 @@ fn intervals_of_pressures_and_of_the_total_hold_the_truth() {
             let pressures: Vec<f64> = (0..chain.count()).map(pressed).collect();
             // ... and a new piece of fabrication.
             let made = device.scattered(&mut || random.normal());
-            let felt = made.felt(&pressures);
+            let loads = made.cell_loads(&pressures);
             session
                 .push(&frame(&made, &pressures, 0, &mut random))
                 .unwrap();
             let touch = session.estimator().touch();
-            for (taxel, felt) in touch.taxels.iter().zip(&felt) {
+            for (taxel, load) in touch.taxels.iter().zip(&loads) {
                 // A value without a deviation is a bound, and is not counted.
                 if taxel.counted && taxel.pressed_deviation().is_finite() {
                     all += 1;
                     within += u32::from(
-                        (taxel.pressed() - felt).abs() <= 1.96 * taxel.pressed_deviation(),
+                        (taxel.pressed() - load).abs() <= 1.96 * taxel.pressed_deviation(),
                     );
                 }
             }

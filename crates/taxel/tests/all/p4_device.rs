@@ -137,6 +137,7 @@ fn loads_are_pressures_or_forces_with_an_area() {
             (Cell::Number(a), Cell::Number(b)) => assert_near(*a, b, 1e-13, 0.0, "number"),
             (Cell::Whole(a), Cell::Whole(b)) => assert_eq!(*a, b),
             (Cell::Text(a), Cell::Text(b)) => assert_eq!(*a, b),
+            (Cell::State(a), Cell::State(b)) => assert_eq!(*a, b),
             other => panic!("{other:?}"),
         }
     }

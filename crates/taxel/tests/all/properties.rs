@@ -8,7 +8,9 @@ use taxel::estimation::{
     estimate_unit,
 };
 use taxel::mechanics::{Relaxation, RelaxationTerm};
+use taxel::predict::Loads;
 use taxel::sensor::Sensor;
+use taxel::table::Cell;
 use taxel::transduction::UnitModel;
 use taxel::transduction::mean_inverse_gap;
 
@@ -398,6 +400,30 @@ proptest! {
                 }
                 let _ = Stimulus::parse("broken", &broken).map_err(|error| error.to_string());
             }
+        }
+    }
+}
+
+#[test]
+fn the_states_of_an_answer_are_states() {
+    for name in Sensor::shipped_names() {
+        let sensor = Sensor::shipped(name).unwrap();
+        let Some(predictor) = sensor.device().unwrap().predictor() else {
+            continue;
+        };
+        let load = match sensor.element.key() {
+            "microchannel" | "cells" => "p=5 kPa",
+            "piezoelectric" => "profile=step, fz=0.1 N, ramp=10 ms",
+            "in_plane_capacitor" => "fz=5 mN",
+            _ => "fx=0 N, fy=0 N, fz=5 mN",
+        };
+        let loads = Loads::one(load, predictor.load_columns()).unwrap();
+        let mut row = Vec::new();
+        predictor.answer(&loads.load(0), &mut row).unwrap();
+        for (column, cell) in predictor.columns().iter().zip(&row) {
+            let named = column.name == "state" || column.name.ends_with("_state");
+            let is_state = matches!(cell, Cell::State(_));
+            assert_eq!(is_state, named, "{name}: {} {cell:?}", column.name);
         }
     }
 }

@@ -110,7 +110,7 @@ impl MicrochannelFieldPredictor {
         );
         let number = self.board.read(resistance, 0.0);
         row.extend(self.whole_top.closed.signal_cells(signal, &number));
-        row.push(Cell::from(if self.board.saturated(signal) {
+        row.push(Cell::State(if self.board.saturated(signal) {
             "saturated"
         } else if void.gap <= 0.0 {
             "closed"

@@ -32,7 +32,7 @@ fn of_the_cover(device: &ChainDevice<'_>) -> Vec<Fact> {
     let Some(cover) = &chain.cover else {
         return Vec::new();
     };
-    let (pitch, area) = (chain.layout.pitch, chain.cell(0).area());
+    let (pitch, area) = (chain.layout.pitch, chain.cell_area());
     let shares = cover.shares(area, pitch, [&[0.0, pitch[0]], &[0.0]]);
     let names = ["share_at_the_loaded_cell", "share_at_its_neighbour"];
     let source = "cover, area of a cell and pitch";
@@ -107,7 +107,9 @@ fn of_the_estimate(device: &ChainDevice<'_>) -> Vec<Fact> {
         .into();
     let (end, source) = (kpa(full_scale), "element.cells.full_scale");
     facts.push(fact("estimation", "full_scale", end, source));
-    if let Threshold::Deviations(deviations, least) = device.chain_reader().rules().threshold {
+    let quantity = chain.last.unit().quantity;
+    let rules = device.chain_reader(quantity).map(|reader| reader.rules());
+    if let Ok(Threshold::Deviations(deviations, least)) = rules.map(|rules| rules.threshold) {
         let words = format!("{deviations} deviations, at least {} kPa", least / 1e3);
         let source = "standard deviations of the pressure by noise, or this pressure; default";
         facts.push(fact(

@@ -7,8 +7,8 @@ mod reader;
 mod registry;
 mod twin;
 
-use super::{Device, carries, check_mask, fits};
-use crate::acquisition::{Simulated, Stream};
+use super::{Device, check_mask, fits};
+use crate::acquisition::{Quantity, Simulated, Stream};
 use crate::drawing::Drawing;
 use crate::electronics::LastStage;
 use crate::estimation::{FrameError, ObserverOptions, Reader};
@@ -17,12 +17,14 @@ use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, FORCE, RESISTANCE};
 use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, micrometres, require};
-use crate::stage::{Board, Chain, Memory, PartError, Parts};
+use crate::stage::{Board, CellEstimate, CellState, Chain, Memory, PartError, Parts};
 use crate::summary::Fact;
 
 pub use predict::ChainPredictor;
 pub use reader::ChainReader;
+pub(super) use reader::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 pub use registry::Registry;
+pub(super) use twin::Piece;
 
 /// A device that is a chain of stages.
 #[derive(Debug)]
@@ -65,8 +67,11 @@ impl<'a> ChainDevice<'a> {
         found.map(|(_, share)| *share)
     }
 
-    /// Reader of its frames.
-    fn chain_reader(&self) -> ChainReader {
+    /// Reader of frames whose values are `quantity`.
+    ///
+    /// # Errors
+    /// [`FrameError::Quantity`] when these cannot be frames of its board.
+    pub fn chain_reader(&self, quantity: Quantity) -> Result<ChainReader, FrameError> {
         let made = self.fabrication.iter().map(|(name, share)| {
             let (mut chain, mut own) = (self.chain.clone(), false);
             chain.parameters(&mut |parameter, value| {
@@ -77,7 +82,7 @@ impl<'a> ChainDevice<'a> {
             });
             (chain, own)
         });
-        ChainReader::new(self.chain.clone(), made.collect())
+        ChainReader::new(self.chain.clone(), made.collect(), quantity)
     }
 
     /// The chain as it may have been made: each number whose deviation the sensor file states is off
@@ -113,7 +118,7 @@ impl Device for ChainDevice<'_> {
         for stage in self.chain.stages() {
             stage.check().map_err(broken)?;
         }
-        let (area, pitch) = (self.chain.cell(0).area(), self.chain.layout.pitch);
+        let (area, pitch) = (self.chain.cell_area(), self.chain.layout.pitch);
         require(
             area[0] <= pitch[0] && area[1] <= pitch[1],
             "array.pitch",
@@ -205,6 +210,10 @@ impl Device for ChainDevice<'_> {
         })
     }
 
+    fn stages(&self) -> Option<Chain> {
+        Some(self.chain.clone())
+    }
+
     fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
         let predictor = ChainPredictor::new(self.chain.clone());
         let Some((pressures, Some(at))) = predictor.pressures(load) else {
@@ -234,13 +243,12 @@ impl Device for ChainDevice<'_> {
     fn simulated(&self) -> Option<Box<dyn Simulated>> {
         let mut noise = taxel_numerics::Noise::seeded(PIECE);
         let chain = self.scattered(&mut || noise.normal().clamp(-CUT, CUT));
-        Some(Box::new(twin::Piece::new(chain)))
+        Some(Box::new(Piece::new(chain)))
     }
 
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
         fits(stream, self.chain.count(), self.chain.layout.columns)?;
-        carries(stream, &self.chain.last)?;
-        Ok(Box::new(self.chain_reader()))
+        Ok(Box::new(self.chain_reader(stream.unit.quantity)?))
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {
@@ -250,6 +258,40 @@ impl Device for ChainDevice<'_> {
     fn drawing(&self) -> Drawing {
         drawing::drawing(self)
     }
+}
+
+/// The load that `model` reads on the cell `at`, which alone has a load on `made`; a capture at rest
+/// of `made` comes before it if `tared`. `None` where the law of `made` ends before this load, where
+/// no load belongs to the reading, and where the capture is refused.
+pub fn read_back(
+    made: &Chain,
+    model: &Chain,
+    tared: bool,
+    at: usize,
+    load: f64,
+) -> Option<CellEstimate> {
+    if load.abs() > made.full_scale {
+        return None;
+    }
+    let quantity = model.last.unit().quantity;
+    let mut reader = ChainReader::new(model.clone(), Vec::new(), quantity).ok()?;
+    if tared {
+        let rest = made.rest();
+        let of_unit = rest.chunks(made.axes.count());
+        let mut problems = of_unit
+            .enumerate()
+            .filter_map(|(unit, rest)| reader.rest_problem(unit, rest));
+        if problems.next().is_some() {
+            return None;
+        }
+        let noise = reader.noise();
+        reader.set_rest(&rest, &noise);
+    }
+    let mut loads = vec![0.0; made.count()];
+    *loads.get_mut(at)? = load;
+    let estimates = reader.estimates(&made.respond(&loads).signals);
+    let found = estimates.get(at).copied();
+    found.filter(|found| found.state == CellState::Ok)
 }
 
 /// Seed of the piece of fabrication that the twin is: the same for each run.

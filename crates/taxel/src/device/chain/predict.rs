@@ -144,14 +144,14 @@ impl ChainPredictor {
     }
 
     /// State of the array at these pressures on its surface and at its cells, Pa.
-    fn state(&self, pressures: &[f64], felt: &[f64], numbers: &[Delivered]) -> &'static str {
+    fn state(&self, pressures: &[f64], cell_loads: &[f64], numbers: &[Delivered]) -> &'static str {
         let chain = &self.chain;
         let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         let used = numbers
             .iter()
             .zip(&chain.masked)
             .any(|(number, masked)| number.clipped && !masked);
-        if largest(felt) > chain.full_scale {
+        if largest(cell_loads) > chain.full_scale {
             "out_of_range"
         } else if used {
             "saturated"
@@ -239,11 +239,15 @@ impl Predictor for ChainPredictor {
         });
         row.push(Cell::Whole((cell / chain.layout.columns) as u64));
         row.push(Cell::Whole((cell % chain.layout.columns) as u64));
-        row.push(Cell::from(self.state(&pressures, &response.felt, &numbers)));
+        row.push(Cell::State(self.state(
+            &pressures,
+            &response.cell_loads,
+            &numbers,
+        )));
         if chain.cover.is_some() {
             row.push(Cell::Number(pressures[cell]));
         }
-        row.push(Cell::Number(response.felt[cell]));
+        row.push(Cell::Number(response.cell_loads[cell]));
         row.push(Cell::Number(response.values[cell]));
         for (signal, number) in response.signals.iter().zip(&numbers) {
             row.push(Cell::Number(*signal));

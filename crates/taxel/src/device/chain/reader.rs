@@ -1,30 +1,36 @@
 //! From the frames of a chain back to pressures, stage by stage.
 
-use crate::acquisition::SignalUnit;
+use crate::acquisition::Quantity;
 use crate::estimation::{
-    ChannelFacts, ChannelReadings, ChannelState, Division, Drift, Known, Meaning, Picture, Reader,
-    RestRules, Rules, Scale, State, TaxelTouch, Threshold, Total, Touch, Wiring, convert_within,
-    counting,
+    ChannelFacts, ChannelReadings, ChannelState, Division, Drift, FrameError, Known, Meaning,
+    Picture, Reader, RestRules, Rules, Scale, State, TaxelTouch, Threshold, Total, Touch, Wiring,
+    convert_within, counting,
 };
+use crate::mechanics::ForceAxes;
+use crate::quantity::CAPACITANCE;
 use crate::signal::NumberScale;
-use crate::stage::{Chain, Inverted, Memory};
+use crate::stage::{CellEstimate, CellLoad, CellState, Chain, Inverted, Memory};
 
-/// A taxel is touched above this many standard deviations of its pressure: noise alone does so
-/// once in 10⁹ frames.
-const CONTACT_DEVIATIONS: f64 = 6.0;
+/// Capacitances that were recorded in the place of counts: without steps and a largest value.
+const RECORDED_CAPACITANCES: NumberScale = NumberScale {
+    ends: [0.0, f64::INFINITY],
+    ..NumberScale::VALUES
+};
+
+/// A taxel is touched above this many standard deviations of its load: noise alone does so once in
+/// 10⁹ frames.
+pub(crate) const CONTACT_DEVIATIONS: f64 = 6.0;
 /// ... and above this share of the full scale.
-const CONTACT_SHARE: f64 = 0.01;
-/// Half a 95 % interval in standard deviations.
-const HALF: f64 = 1.959963984540054;
-
+pub(crate) const CONTACT_SHARE: f64 = 0.01;
 /// Reads the frames of any [`Chain`]: readout, network, cell and memory are undone one after the
 /// other, each with its slope.
 #[derive(Debug)]
 pub struct ChainReader {
+    /// The chain as drawn, and with what a capture at rest told of its cells.
+    drawn: Chain,
     chain: Chain,
     /// Numbers of a frame to signals.
     scale: NumberScale,
-    unit: SignalUnit,
     meaning: Meaning,
     channels: Vec<ChannelFacts>,
     memory: Vec<Box<dyn Memory>>,
@@ -36,31 +42,43 @@ pub struct ChainReader {
     /// Signals of a frame as they are inverted, and their deviations.
     signals: Vec<f64>,
     noise: Vec<f64>,
+    /// Signals at the end of the range that is nearer to each reading, of those that are there.
+    ends: Vec<f64>,
     /// Distance between the signals at rest and at full scale of each channel.
     range: Vec<f64>,
     /// True if signals fall under pressure.
     falls: bool,
-    /// Pressure per value of each cell, of the taxels that count.
+    /// Load per value of each cell, of the cells that count.
     weights: Vec<f64>,
     /// Over the total force, the deviation of what the cells cannot see of it.
     sampling: f64,
     /// The chain with one number off by the deviation that it is made with, for each such number,
     /// and whether each cell has its own.
     made: Vec<(Chain, bool)>,
-    /// True for each cell whose value at rest was captured.
+    /// True for each cell whose values are counted from that at rest.
     tared: Vec<bool>,
-    /// Deviation of each pressure by noise alone, Pa.
+    /// What its values are less than those of its law.
+    zeros: Vec<f64>,
+    /// Deviation of each load by noise alone.
     by_noise: Vec<f64>,
-    /// What the numbers that all cells share add to the sum of the pressures, Pa, each.
+    /// What the numbers that all cells share add to the sum of the loads, each.
     shared: Vec<f64>,
-    /// What those of each cell add to its variance, Pa².
+    /// What those of each cell add to its variance.
     own: Vec<f64>,
 }
 
 impl ChainReader {
-    /// A reader of the frames of `chain`; `made` has the same chain with one number off by the
-    /// deviation that it is made with, for each such number, and whether each cell has its own.
-    pub fn new(chain: Chain, made: Vec<(Chain, bool)>) -> Self {
+    /// A reader of the frames of `chain` whose values are `quantity`; `made` has the same chain with
+    /// one number off by the deviation that it is made with, for each such number, and whether each
+    /// cell has its own.
+    ///
+    /// # Errors
+    /// [`FrameError::Quantity`] when these cannot be frames of its board.
+    pub fn new(
+        chain: Chain,
+        made: Vec<(Chain, bool)>,
+        quantity: Quantity,
+    ) -> Result<Self, FrameError> {
         let count = chain.count();
         let rest = chain.rest();
         let at_full = chain.respond(&vec![chain.full_scale; count]).signals;
@@ -70,18 +88,24 @@ impl ChainReader {
             .map(|(a, b)| (a - b).abs())
             .collect();
         let falls = at_full.iter().sum::<f64>() < rest.iter().sum::<f64>();
-        let [at_zero, gain] = chain.readout.line();
-        let last = chain.last.scale();
-        let scale = NumberScale {
-            at_zero: (last.at_zero - at_zero) / gain,
-            per_number: last.per_number / gain,
-            ..last
+        let unit = chain.last.unit();
+        let signal = chain.network.quantity(chain.cell(0).quantity());
+        let recorded = quantity == Quantity::Capacitance;
+        let scale = if quantity == unit.quantity {
+            chain.scale()
+        } else if recorded && signal.dimension == Some(&CAPACITANCE) {
+            RECORDED_CAPACITANCES
+        } else {
+            return Err(FrameError::quantity(quantity, &unit));
         };
-        let facts = |masked: &bool| ChannelFacts {
-            deviation: chain.deviation() / scale.per_number.abs(),
-            resolution: scale.step,
-            span: scale.alive(),
-            ..ChannelFacts::unknown(!masked)
+        let facts = |cell: usize| {
+            let (taxel, axis) = chain.of_cell(cell);
+            ChannelFacts {
+                deviation: chain.deviation_along(axis) / scale.per_number.abs(),
+                resolution: scale.step,
+                span: scale.alive(),
+                ..ChannelFacts::unknown(!chain.masked[taxel])
+            }
         };
         let fresh = |memory: &dyn Memory| (0..count).map(|_| memory.fresh()).collect();
         let at_rest = Inverted {
@@ -89,20 +113,21 @@ impl ChainReader {
             ..Inverted::default()
         };
         let sampling = chain.cover.as_ref().map_or(0.0, |cover| {
-            cover.sampling(chain.cell(0).area(), chain.layout.pitch)
+            cover.sampling(chain.cell_area(), chain.layout.pitch)
         });
-        Self {
-            unit: chain.last.unit(),
+        Ok(Self {
             meaning: meaning(&chain),
-            channels: chain.masked.iter().map(facts).collect(),
+            channels: (0..count).map(facts).collect(),
             memory: chain.memory.as_deref().map_or_else(Vec::new, fresh),
             found: at_rest.clone(),
             at_rest,
             rest,
             signals: vec![0.0; count],
             noise: vec![0.0; count],
+            ends: vec![f64::NAN; count],
             weights: vec![0.0; count],
             tared: vec![false; count],
+            zeros: vec![0.0; count],
             by_noise: vec![f64::NAN; count],
             shared: vec![0.0; made.len()],
             own: vec![0.0; count],
@@ -111,13 +136,34 @@ impl ChainReader {
             range,
             scale,
             sampling,
+            drawn: chain.clone(),
             chain,
-        }
+        })
     }
 
-    /// Unit of the numbers of the frames.
-    pub fn unit(&self) -> &SignalUnit {
-        &self.unit
+    /// The chain that is inverted: as drawn, with what a capture at rest told of its cells.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    /// What the signals of one frame, SI, say of the load at each cell, without a memory; the noise is
+    /// that of the board.
+    pub fn estimates(&mut self, signals: &[f64]) -> Vec<CellEstimate> {
+        self.signals.copy_from_slice(signals);
+        self.noise = self.noise();
+        self.invert();
+        let largest = self.chain.full_scale;
+        let estimate = |cell: usize| {
+            let (value, deviation) = (self.found.values[cell], self.found.deviations[cell]);
+            let law = self.chain.cell(cell);
+            law.estimate(value + self.zeros[cell], deviation, largest)
+        };
+        (0..signals.len()).map(estimate).collect()
+    }
+
+    fn invert(&mut self) {
+        let network = &self.chain.network;
+        network.invert(&self.signals, &self.noise, &mut self.found);
     }
 
     /// Signals of the readings less their drift. A reading that is missing, or no more than a
@@ -125,6 +171,9 @@ impl ChainReader {
     /// does not say is not known of the cells that share its lines either.
     fn take_signals(&mut self, known: &Known<'_>, channels: &ChannelReadings) {
         for channel in 0..self.signals.len() {
+            if channels.states[channel] == ChannelState::Saturated {
+                self.ends[channel] -= known.drift(channel);
+            }
             let usable = channels.states[channel].usable();
             let reading = channels.readings[channel] - known.drift(channel);
             let variance = known.noise[channel].powi(2) + known.drift_variance(channel);
@@ -136,26 +185,25 @@ impl ChainReader {
         }
     }
 
-    /// The pressure that a cell of `chain` feels at a value, Pa; counted from its value at rest
-    /// where that was captured.
-    fn felt(&self, chain: &Chain, taxel: usize, value: f64) -> f64 {
-        let law = chain.cell(taxel);
-        let zero = if self.tared[taxel] {
-            law.value(0.0) - self.at_rest.values[taxel]
+    /// The load at a cell of `chain` at a value, counted from that at rest where it was captured.
+    fn cell_load(&self, chain: &Chain, cell: usize, value: f64) -> f64 {
+        let law = chain.cell(cell);
+        let zero = if self.tared[cell] {
+            law.value(0.0) - self.at_rest.values[cell]
         } else {
             0.0
         };
-        law.pressure(value + zero, chain.full_scale)
+        law.inverse(value + zero, chain.full_scale)
     }
 
-    /// Variance of a felt pressure by what is made otherwise than drawn, of the cell alone, Pa².
-    fn variance_as_made(&self, taxel: usize, felt: f64) -> f64 {
+    /// Variance of a load at a cell by what is made otherwise than drawn, of the cell alone.
+    fn variance_as_made(&self, cell: usize, cell_load: f64) -> f64 {
         let own = self.made.iter().filter(|(_, per_cell)| *per_cell);
         own.map(|(chain, _)| {
-            let off = self.felt(chain, taxel, self.found.values[taxel]) - felt;
+            let off = self.cell_load(chain, cell, self.found.values[cell]) - cell_load;
             // Beyond the range of the law on that side: at least as far as its end.
             if off.is_nan() {
-                self.chain.full_scale - felt
+                self.chain.full_scale - cell_load
             } else {
                 off
             }
@@ -164,48 +212,76 @@ impl ChainReader {
         .sum()
     }
 
-    /// Touch on a taxel from the value of its cell.
-    fn taxel(&mut self, taxel: usize, state: ChannelState, elapsed: f64) -> TaxelTouch {
-        let (value, deviation) = (self.found.values[taxel], self.found.deviations[taxel]);
-        let felt = self.felt(&self.chain, taxel, value);
-        // Where the curve is steep at rest its slope says nothing: the interval is the image of
-        // that of the value.
-        let ends =
-            [-HALF, HALF].map(|side| self.felt(&self.chain, taxel, value + side * deviation));
-        let half = match ends.map(f64::is_nan) {
-            [false, false] => 0.5 * (ends[1] - ends[0]),
-            [false, true] => felt - ends[0],
-            [true, false] => ends[1] - felt,
-            [true, true] => f64::NAN,
+    /// What the reading of a cell says of the load at it.
+    fn estimate(&self, cell: usize, state: ChannelState) -> (CellEstimate, State) {
+        let (law, largest) = (self.chain.cell(cell), self.chain.full_scale);
+        let nothing = |state| (CellEstimate::nothing(CellState::Impossible), state);
+        let saturated = |load| {
+            let bound = CellEstimate::bound(load, CellState::Saturated);
+            (bound, State::Saturated)
         };
-        let [pressure, gain] = match self.memory.get_mut(taxel) {
-            // Without a reading the cell is taken to feel what it felt.
-            Some(memory) if state.usable() && felt.is_finite() => memory.recover(felt, elapsed),
-            _ => [felt, 1.0],
-        };
-        (self.weights[taxel], self.own[taxel]) = (0.0, 0.0);
-        self.by_noise[taxel] = gain * half.abs() / HALF;
-        let (law, largest) = (self.chain.cell(taxel), self.chain.full_scale);
-        let rises = law.value(largest) > law.value(0.0);
+        let value = self.found.values[cell];
         match state {
-            ChannelState::Masked => TaxelTouch::without_value(State::Masked),
-            ChannelState::Faulty => TaxelTouch::without_value(State::Faulty),
-            // A signal that falls under pressure is at its high end where nothing presses.
-            ChannelState::Saturated if self.falls => TaxelTouch::without_value(State::Saturated),
-            ChannelState::Saturated => TaxelTouch::pressing(largest, f64::NAN, State::Saturated),
-            _ if !self.found.converged => TaxelTouch::without_value(State::NotConverged),
-            _ if value.is_nan() => TaxelTouch::without_value(State::Inconsistent),
-            _ if felt.is_nan() && (value > law.value(0.0)) == rises => {
-                TaxelTouch::pressing(largest, f64::NAN, State::OutOfRange)
+            ChannelState::Masked => nothing(State::Masked),
+            ChannelState::Faulty => nothing(State::Faulty),
+            ChannelState::Saturated if !law.saturates() => nothing(State::Faulty),
+            ChannelState::Saturated if law.is_the_load() => {
+                saturated(self.ends[cell] + self.zeros[cell])
             }
-            _ if felt.is_nan() => TaxelTouch::without_value(State::BelowZero),
+            // A signal that falls under load is at its high end where nothing presses.
+            ChannelState::Saturated if self.falls => nothing(State::Saturated),
+            ChannelState::Saturated => saturated(largest),
+            _ if !self.found.converged => nothing(State::NotConverged),
+            _ if value.is_nan() => nothing(State::Inconsistent),
             _ => {
-                self.own[taxel] = gain * gain * self.variance_as_made(taxel, felt);
-                self.weights[taxel] = gain * half / (HALF * deviation);
-                let deviation = self.by_noise[taxel].hypot(self.own[taxel].sqrt());
-                TaxelTouch::pressing(pressure, deviation, State::Ok)
+                let value = value + self.zeros[cell];
+                let estimate = law.estimate(value, self.found.deviations[cell], largest);
+                (estimate, state_of(estimate.state))
             }
         }
+    }
+
+    /// Load on a cell with its standard deviation.
+    fn load(&mut self, cell: usize, channel: ChannelState, elapsed: f64) -> ([f64; 2], State) {
+        let (estimate, state) = self.estimate(cell, channel);
+        let [load, gain] = match self.memory.get_mut(cell) {
+            // Without a reading the load at the cell is taken not to have changed.
+            Some(memory) if channel.usable() => memory.recover(estimate.load, elapsed),
+            _ => [estimate.load, 1.0],
+        };
+        (self.weights[cell], self.own[cell]) = (0.0, 0.0);
+        self.by_noise[cell] = gain * estimate.deviation.abs();
+        if state == State::Ok && !self.made.is_empty() {
+            self.own[cell] = gain * gain * self.variance_as_made(cell, estimate.load);
+        }
+        if state == State::Ok {
+            self.weights[cell] = gain * estimate.deviation / self.found.deviations[cell];
+        }
+        let deviation = self.by_noise[cell].hypot(self.own[cell].sqrt());
+        ([load, deviation], state)
+    }
+
+    /// Touch on a taxel from the values of its cells.
+    fn taxel(&mut self, taxel: usize, channels: &mut ChannelReadings, elapsed: f64) -> TaxelTouch {
+        let axes = self.chain.axes;
+        let mut touch = TaxelTouch::without_value(State::Ok);
+        if axes == ForceAxes::Xyz {
+            touch.covariance = [[0.0; 3]; 3];
+        }
+        for cell in axes.count() * taxel..axes.count() * (taxel + 1) {
+            let channel = channels.states[cell];
+            let ([load, deviation], state) = self.load(cell, channel, elapsed);
+            if state == State::Faulty && channel.usable() {
+                channels.states[cell] = ChannelState::Faulty;
+            }
+            let (_, axis) = self.chain.of_cell(cell);
+            touch.value[axis] = load;
+            touch.covariance[axis][axis] = deviation * deviation;
+            if severity(state) > severity(touch.state) {
+                touch.state = state;
+            }
+        }
+        touch
     }
 
     /// Adds what the numbers that all cells share are made otherwise than drawn: each moves all
@@ -223,8 +299,8 @@ impl ChainReader {
                 continue;
             }
             for (taxel, touch) in touch.taxels.iter_mut().enumerate() {
-                let felt = |value| self.felt(&self.chain, taxel, value);
-                let off = felt(moved.values[taxel]) - felt(self.found.values[taxel]);
+                let cell_load = |value| self.cell_load(&self.chain, taxel, value);
+                let off = cell_load(moved.values[taxel]) - cell_load(self.found.values[taxel]);
                 if touch.state == State::Ok && off.is_finite() {
                     touch.covariance[2][2] += off * off;
                     self.shared[index] += off;
@@ -250,13 +326,17 @@ impl Reader for ChainReader {
                 CONTACT_DEVIATIONS,
                 CONTACT_SHARE * self.chain.full_scale,
             ),
-            counted: counting(&[State::Ok]),
+            counted: if self.chain.cell(0).is_the_load() {
+                counting(&[State::Ok, State::Saturated])
+            } else {
+                counting(&[State::Ok])
+            },
             total: Total::Counted,
             drift: Drift::Followed,
             rest: RestRules {
                 refused: None,
                 at_start: true,
-                channels_per_unit: 1,
+                channels_per_unit: self.chain.axes.count(),
                 unit: "taxel",
                 measures_noise: true,
                 ends_at_touch: false,
@@ -265,7 +345,8 @@ impl Reader for ChainReader {
     }
 
     fn noise(&self) -> Vec<f64> {
-        vec![self.chain.deviation(); self.rest.len()]
+        let along = |cell| self.chain.deviation_along(self.chain.of_cell(cell).1);
+        (0..self.rest.len()).map(along).collect()
     }
 
     fn rest(&self) -> Vec<f64> {
@@ -273,17 +354,22 @@ impl Reader for ChainReader {
     }
 
     fn convert(&mut self, values: &[f64], channels: &mut ChannelReadings) -> usize {
-        convert_within(&self.scale, values, channels)
+        let clipped = convert_within(&self.scale, values, channels);
+        if clipped > 0 {
+            let [low, high] = self.scale.ends;
+            for (end, value) in self.ends.iter_mut().zip(values) {
+                *end = self.scale.input(if *value <= low { low } else { high });
+            }
+        }
+        clipped
     }
 
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
         self.take_signals(known, &touch.channels);
-        self.chain
-            .network
-            .invert(&self.signals, &self.noise, &mut self.found);
+        self.invert();
         let elapsed = known.elapsed.unwrap_or(0.0);
         for taxel in 0..touch.taxels.len() {
-            touch.taxels[taxel] = self.taxel(taxel, touch.channels.states[taxel], elapsed);
+            touch.taxels[taxel] = self.taxel(taxel, &mut touch.channels, elapsed);
         }
         self.add_shared(touch);
         // The next search begins where this one ended, unless that is nowhere.
@@ -295,6 +381,9 @@ impl Reader for ChainReader {
     }
 
     fn sum_variance(&self, sum: f64) -> Option<f64> {
+        if self.is_independent() {
+            return None;
+        }
         let by_noise = self.found.variance_of_sum(&self.weights);
         let as_made =
             self.own.iter().sum::<f64>() + self.shared.iter().map(|off| off * off).sum::<f64>();
@@ -302,30 +391,46 @@ impl Reader for ChainReader {
     }
 
     fn by_noise(&self, taxel: usize) -> Option<f64> {
-        Some(self.by_noise[taxel])
+        (!self.is_independent()).then(|| self.by_noise[taxel])
+    }
+
+    fn rest_problem(&self, unit: usize, rest: &[f64]) -> Option<String> {
+        let cells = self.drawn.axes.count() * unit..;
+        let of_each = cells.zip(rest).filter(|(_, rest)| !rest.is_nan());
+        let mut problems =
+            of_each.filter_map(|(cell, rest)| self.drawn.cell(cell).rest_problem(*rest));
+        problems
+            .next()
+            .map(|problem| format!("taxel {unit} {problem}"))
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
+        self.chain = self.drawn.clone();
         self.tared = rest.iter().map(|rest| !rest.is_nan()).collect();
-        let drawn = self.chain.rest();
-        let taken = rest.iter().zip(drawn);
+        let taken = rest.iter().zip(self.drawn.rest());
         self.rest = taken
             .map(|(rest, drawn)| if rest.is_nan() { drawn } else { *rest })
             .collect();
         let noise = self.noise();
-        let empty = vec![0.0; self.rest.len()];
-        self.at_rest.values = self.chain.values(&empty);
-        let network = &self.chain.network;
+        let at_rest = self.drawn.values(&vec![0.0; self.rest.len()]);
+        self.at_rest.values.clone_from(&at_rest);
+        let network = &self.drawn.network;
         network.invert(&self.rest, &noise, &mut self.at_rest);
-        for (value, drawn) in self
-            .at_rest
-            .values
-            .iter_mut()
-            .zip(self.chain.values(&empty))
-        {
+        for (cell, drawn) in at_rest.into_iter().enumerate() {
+            let value = &mut self.at_rest.values[cell];
             if !value.is_finite() {
                 *value = drawn;
             }
+            let law = self.drawn.cell(cell).at_rest(*value);
+            if let Some(law) = law.filter(|_| self.tared[cell]) {
+                self.tared[cell] = false;
+                self.chain.set_cell(cell, law);
+            }
+            self.zeros[cell] = if self.tared[cell] {
+                drawn - self.at_rest.values[cell]
+            } else {
+                0.0
+            };
         }
         self.found.values.clone_from(&self.at_rest.values);
         for memory in &mut self.memory {
@@ -334,27 +439,65 @@ impl Reader for ChainReader {
     }
 }
 
+impl ChainReader {
+    /// True if the errors of the loads are those of the noise of their own channels.
+    fn is_independent(&self) -> bool {
+        self.made.is_empty() && self.found.spread.is_empty() && self.sampling == 0.0
+    }
+}
+
+fn state_of(state: CellState) -> State {
+    match state {
+        CellState::Ok => State::Ok,
+        CellState::BelowRest => State::BelowZero,
+        CellState::Beyond => State::OutOfRange,
+        CellState::Ambiguous => State::Ambiguous,
+        CellState::Saturated => State::Saturated,
+        CellState::Impossible => State::Faulty,
+    }
+}
+
+/// Order in which the states of the forces of a taxel become that of the taxel.
+fn severity(state: State) -> u8 {
+    match state {
+        State::Masked => 4,
+        State::Faulty => 3,
+        State::Saturated => 2,
+        State::Ok => 0,
+        _ => 1,
+    }
+}
+
 fn meaning(chain: &Chain) -> Meaning {
-    let layout = &chain.layout;
+    let (layout, axes) = (&chain.layout, chain.axes);
     let signal = chain.network.quantity(chain.cell(0).quantity());
+    let board = chain.last.unit();
     let (unit, si_per_unit, _) = signal.unit;
-    let name = |taxel: usize| {
+    let name = |cell: usize| {
+        let taxel = chain.of_cell(cell).0;
         let (row, column) = (taxel / layout.columns, taxel % layout.columns);
-        format!("row {row}, column {column}")
+        if chain.cell(cell).is_the_load() {
+            format!("r{row}c{column}.{}", axes.names()[cell % axes.count()])
+        } else {
+            format!("row {row}, column {column}")
+        }
     };
     Meaning {
         layout: layout.clone(),
         in_metres: true,
-        channels: (0..layout.taxels()).map(name).collect(),
-        wiring: Wiring::PerTaxel(1),
-        reading: Scale::new(signal.name, unit, si_per_unit),
-        value: Scale::new("pressure", "kPa", 1e3),
-        components: 1,
-        signed: false,
+        channels: (0..chain.count()).map(name).collect(),
+        wiring: Wiring::PerTaxel(axes.count()),
+        reading: Scale::of(&board, Scale::new(signal.name, unit, si_per_unit)),
+        value: match chain.cell(0).load() {
+            CellLoad::Pressure => Scale::new("pressure", "kPa", 1e3),
+            CellLoad::Force => Scale::of(&board, Scale::new("force", "N", 1.0)),
+        },
+        components: axes.count(),
+        signed: axes == ForceAxes::Xyz,
         full_scale: Some(chain.full_scale),
         verified: None,
         picture: Picture::Heat,
-        newtons: Some(layout.pitch),
+        newtons: Some(chain.sides()),
         total_known: true,
     }
 }

@@ -2,12 +2,13 @@
 
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::device::stream_of;
+use crate::quantity::CAPACITANCE;
 use crate::stage::{Chain, Memory};
 use taxel_numerics::Noise;
 
 /// One array, with what each of its cells remembers.
 #[derive(Debug)]
-pub(super) struct Piece {
+pub(crate) struct Piece {
     chain: Chain,
     memory: Vec<Box<dyn Memory>>,
     /// Signals of the channels at rest.
@@ -16,7 +17,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    pub(super) fn new(chain: Chain) -> Self {
+    pub(crate) fn new(chain: Chain) -> Self {
         let fresh = |memory: &dyn Memory| (0..chain.count()).map(|_| memory.fresh()).collect();
         Self {
             memory: chain.memory.as_deref().map_or_else(Vec::new, fresh),
@@ -26,59 +27,65 @@ impl Piece {
         }
     }
 
-    /// Mean pressure on the pitch of each cell when it is read, Pa.
-    fn pressures(&self, script: &Script<'_>, start: f64) -> Vec<f64> {
-        let area = self.chain.area();
-        let cells = 0..self.chain.count();
-        cells
-            .map(|cell| script.force(cell, start + self.chain.delay(cell))[2] / area)
-            .collect()
+    /// Load on each cell when it is read.
+    fn loads(&self, script: &Script<'_>, start: f64) -> Vec<f64> {
+        let (chain, area) = (&self.chain, self.chain.area());
+        // A pull does not reach what is pressed; a board that gives forces gives pulls, too.
+        let least = if chain.cell(0).is_the_load() {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        };
+        let load = |cell: usize| {
+            let (taxel, axis) = chain.of_cell(cell);
+            let force = script.force(taxel, start + chain.delay(taxel))[axis];
+            (force / area).max(least)
+        };
+        (0..chain.count()).map(load).collect()
     }
 }
 
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
         let chain = &self.chain;
-        stream_of(&chain.layout, 1, chain.period, chain.last.unit())
+        let channels = chain.axes.count();
+        stream_of(&chain.layout, channels, chain.period, chain.last.unit())
     }
 
     /// The network of a frame has each cell as it is when its own channel is read.
     fn scan(&mut self, script: &Script<'_>, start: f64, noise: &mut Noise) -> Vec<f64> {
-        let mut felt = self.chain.felt(&self.pressures(script, start));
+        let mut cell_loads = self.chain.cell_loads(&self.loads(script, start));
         let elapsed = self.last.map_or(0.0, |last| start - last);
         self.last = Some(start);
-        for (felt, memory) in felt.iter_mut().zip(&mut self.memory) {
-            *felt = memory.respond(*felt, elapsed);
+        for (load, memory) in cell_loads.iter_mut().zip(&mut self.memory) {
+            *load = memory.respond(*load, elapsed);
         }
-        let signals = self.chain.signals(&self.chain.values(&felt));
-        let noise_of_input = self.chain.readout.noise().hypot(self.chain.last.noise());
+        let signals = self.chain.signals(&self.chain.values(&cell_loads));
+        let chain = &self.chain;
+        let signal = chain.network.quantity(chain.cell(0).quantity());
+        let is_capacitance = signal.dimension == Some(&CAPACITANCE);
         let read = |(cell, signal): (usize, &f64)| {
-            let off = noise_of_input * noise.normal();
-            let time = start + self.chain.delay(cell);
-            let signal = match script.fault(cell, 0, time) {
-                Some(FaultReading::Dead) => return self.chain.last.dead(),
+            let (taxel, axis) = chain.of_cell(cell);
+            let (count, normal) = (chain.axes.count(), noise.normal());
+            let fault = script.fault(taxel, cell % count, start + chain.delay(taxel));
+            let of_last = chain.last.noise_along(axis);
+            let (signal, off) = match fault {
+                Some(FaultReading::Dead) => return chain.last.dead(),
+                // A capacitor that is stuck has no noise of its own.
+                Some(FaultReading::Stuck(stuck)) if is_capacitance => (stuck.at, 0.0),
                 // A line that hangs repeats what it read of nothing.
-                Some(FaultReading::Stuck(_)) => {
-                    return self
-                        .chain
-                        .last
-                        .deliver(self.chain.input(self.rest[cell]))
-                        .number;
-                }
-                None => *signal,
+                Some(FaultReading::Stuck(_)) => (self.rest[cell], 0.0),
+                None => (*signal, chain.readout.noise().hypot(of_last) * normal),
             };
-            self.chain
-                .last
-                .deliver(self.chain.input(signal) + off)
-                .number
+            chain.last.deliver(chain.input(signal) + off).number
         };
         signals.iter().enumerate().map(read).collect()
     }
 
     fn true_forces(&self, script: &Script<'_>, start: f64) -> Vec<[f64; 3]> {
-        let cells = 0..self.chain.count();
-        cells
-            .map(|cell| script.force(cell, start + self.chain.delay(cell)))
+        let taxels = 0..self.chain.layout.taxels();
+        taxels
+            .map(|taxel| script.force(taxel, start + self.chain.delay(taxel)))
             .collect()
     }
 }

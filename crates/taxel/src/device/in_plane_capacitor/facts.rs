@@ -1,8 +1,8 @@
 //! Quantities derived from the drawing of an in-plane sensor.
 
 use super::InPlaneArray;
+use crate::device::chain::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 use crate::device::{capacitor_board, of_table};
-use crate::estimation::{CONTACT_DEVIATIONS, CONTACT_SHARE};
 use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
 use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel, Surroundings};

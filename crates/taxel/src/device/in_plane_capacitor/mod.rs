@@ -4,19 +4,19 @@ mod check;
 mod drawing;
 mod facts;
 mod predict;
-mod simulated;
 
-use super::{Device, fits};
+use super::chain::Piece;
+use super::{ChainDevice, Device};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::InPlaneCalibration;
 use crate::drawing::Drawing;
 use crate::electronics::FrontEnd;
-use crate::estimation::{FrameError, InPlaneReader, InPlaneReaderError, ObserverOptions, Reader};
+use crate::estimation::{FrameError, ObserverOptions, Reader};
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
-use crate::sensor::{Broken, InPlaneCapacitor, Sensor, masked_capacitors};
+use crate::sensor::{Broken, InPlaneCapacitor, Sensor};
+use crate::stage::{Chain, Hysteresis, InPlaneCell, Memory, Parts};
 use crate::summary::Fact;
 use crate::transduction::{InPlaneError, InPlaneModel};
 
@@ -53,20 +53,26 @@ impl<'a> InPlaneArray<'a> {
         self.sensor.layout()
     }
 
-    /// The calibration that the drawing implies: every taxel as drawn, noise
-    /// from the board's own figures.
-    pub fn calibration(&self) -> InPlaneCalibration {
-        let (board, layout) = (&self.board, self.layout());
-        let taxels = layout.taxels();
-        InPlaneCalibration {
-            channel: board.scale(),
-            unit: board.last.unit(),
-            models: vec![self.model(); taxels],
-            deviation: vec![board.deviation(); taxels],
-            masked: self.masked(),
-            hysteresis: self.element.hysteresis,
-            layout,
-        }
+    /// The array as a chain of stages, as drawn.
+    ///
+    /// # Errors
+    /// [`FrameError::NotInvertible`] for a drawing from whose capacitance no force follows.
+    pub fn chain(&self) -> Result<ChainDevice<'a>, FrameError> {
+        let not_invertible = |error: InPlaneError| FrameError::NotInvertible(error.to_string());
+        let cell = InPlaneCell::invertible(self.model()).map_err(not_invertible)?;
+        self.chain_of(cell).map_err(not_invertible)
+    }
+
+    /// The array of this cell.
+    fn chain_of(&self, cell: InPlaneCell) -> Result<ChainDevice<'a>, InPlaneError> {
+        let full_scale = self.model().inverse()?.last().layer.force;
+        let memory = self.element.hysteresis.map(Hysteresis::new);
+        let parts = Parts {
+            memory: memory.map(|memory| Box::new(memory) as Box<dyn Memory>),
+            ..Parts::of_cell(Box::new(cell), full_scale)
+        };
+        let chain = ChainDevice::new(self.sensor, parts, Vec::new());
+        Ok(chain.expect("a board for single capacitors reads capacitances"))
     }
 
     /// What one frame says of the pressing force on a taxel at a compression of its layer;
@@ -100,15 +106,6 @@ impl<'a> InPlaneArray<'a> {
             beside: false,
         };
         Ok(Information::of_one(force, -slope, noise))
-    }
-
-    /// Which taxels are masked.
-    fn masked(&self) -> Vec<bool> {
-        let array = &self.sensor.array;
-        masked_capacitors(&self.sensor.mask, array.rows, array.columns)
-            .iter()
-            .map(|capacitors| capacitors.contains(&true))
-            .collect()
     }
 }
 
@@ -145,21 +142,23 @@ impl Device for InPlaneArray<'_> {
         Some(Box::new(InPlanePredictor::of(model, self.board.clone())))
     }
 
+    /// Read back by searching, which is less work than a curve for a few readings.
+    fn stages(&self) -> Option<Chain> {
+        let chain = self.chain_of(InPlaneCell::new(self.model())).ok()?;
+        Some(chain.chain().clone())
+    }
+
     fn simulated(&self) -> Option<Box<dyn Simulated>> {
-        Some(Box::new(simulated::Piece::new(self)))
+        let mut chain = self.stages()?;
+        let made = self.element.fabricate(chain.count());
+        for (taxel, model) in made.into_iter().enumerate() {
+            chain.set_cell(taxel, Box::new(InPlaneCell::new(model)));
+        }
+        Some(Box::new(Piece::new(chain)))
     }
 
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
-        let layout = self.layout();
-        fits(stream, layout.taxels(), layout.columns)?;
-        let quantity = stream.unit.quantity;
-        let reader = InPlaneReader::new(self.calibration(), quantity);
-        reader
-            .map(|reader| Box::new(reader) as Box<dyn Reader>)
-            .map_err(|error| match error {
-                InPlaneReaderError::Frame(error) => error,
-                InPlaneReaderError::Model(error) => FrameError::NotInvertible(error.to_string()),
-            })
+        self.chain()?.reader(stream)
     }
 
     fn observed(&self, stream: &Stream) -> ObserverOptions {

@@ -219,7 +219,7 @@ impl InPlanePredictor {
             cell(answer.model_2),
         ]);
         self.signal_cells(response.map(|r| r.capacitance), answer.number, row);
-        row.push(Cell::from(answer.state.name()));
+        row.push(Cell::State(answer.state.name()));
     }
 
     fn state(&self, layer: &LayerState, response: Option<&InPlaneState>) -> InPlaneLoadState {

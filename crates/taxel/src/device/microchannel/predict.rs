@@ -449,7 +449,7 @@ impl Predictor for MicrochannelPredictor {
                 row.push(Cell::Number(layer.change));
                 row.extend(self.signal_cells(layer.signal, &layer.number));
             }
-            row.push(Cell::from(layer.state.name()));
+            row.push(Cell::State(layer.state.name()));
             row.push(Cell::Number(drawn.closing.end()[0]));
         }
         let closing = self.section.closing_pressure(&self.closed_form);

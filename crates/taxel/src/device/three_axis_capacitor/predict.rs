@@ -367,7 +367,7 @@ impl Predictor for ThreeAxisPredictor {
                 .map(|number| number_cell(&number, &self.board.last)),
         );
         row.extend(answer.published_inverse.map(Cell::Number));
-        row.push(Cell::from(answer.state.name()));
+        row.push(Cell::State(answer.state.name()));
         let closed = answer.response.closed();
         row.push(if closed.contains(&true) {
             let names = (0..4).filter(|i| closed[*i]).map(|i| CAPACITORS[i]);
