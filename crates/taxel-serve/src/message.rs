@@ -4,17 +4,17 @@ use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{FrameFlags, Stream};
 use taxel::estimation::{
-    ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
+    Certainty, ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
 };
 use taxel::layout::Mount;
 
 use crate::link::LinkStatus;
 use crate::tare::BelowZero;
 
-/// The bytes `TXL4`.
-const MAGIC: u32 = 0x344C_5854;
+/// The bytes `TXL5`.
+const MAGIC: u32 = 0x354C_5854;
 /// Version of the protocol.
-const PROTOCOL: u32 = 4;
+const PROTOCOL: u32 = 5;
 
 /// Facts about the stream of frames that go with each message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,15 +29,17 @@ pub(crate) struct Health<'a> {
     /// Arrival of the frame by the steady clock, ns since the source was opened.
     pub(crate) host_ns: Option<u64>,
     pub(crate) flags: FrameFlags,
-    /// False where the wire cannot tell how many frames were lost.
-    pub(crate) loss_known: bool,
+    /// Frames lost so far; none where the wire cannot tell.
+    pub(crate) lost: Option<u64>,
 }
 
 /// More contacts than fit a u16 cannot be drawn anyway.
 const MOST_CONTACTS: usize = u16::MAX as usize;
 /// Bytes before the contacts, and of one contact.
 pub(crate) const HEADER: usize = 216;
-pub(crate) const CONTACT: usize = 8 * 19;
+pub(crate) const CONTACT: usize = 8 * 20;
+/// Code of no state.
+pub(crate) const NO_STATE: u8 = u8::MAX;
 
 /// Encodes one frame of a device whose values have so many components.
 pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> Bytes {
@@ -98,11 +100,7 @@ fn header(
     out.put_u16_le(contacts as u16);
     out.put_u64_le(touch.sequence);
     out.put_u64_le(touch.time_ns);
-    out.put_u64_le(if health.loss_known {
-        health.continuity.lost
-    } else {
-        u64::MAX
-    });
+    out.put_u64_le(health.lost.unwrap_or(u64::MAX));
     out.put_u64_le(health.continuity.late);
     out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
     let (centre, covariance) = touch
@@ -125,13 +123,16 @@ fn header(
         touch.clipped > 0,
         touch.history_uncertain,
         touch.merged > 0,
+        !touch.zero_known,
     ];
     let bits = flags.iter().enumerate();
     out.put_u32_le(bits.map(|(bit, flag)| u32::from(*flag) << bit).sum());
     out.put_u32_le(touch.left_out as u32);
     out.put_u64_le(health.host_ns.unwrap_or(u64::MAX));
     out.put_u32_le(health.flags.bits().into());
-    out.put_u32_le(0);
+    out.put_u8(touch.total_certainty as u8);
+    out.put_u8(touch.total_reason.map_or(NO_STATE, |state| state as u8));
+    out.put_u16_le(0);
 }
 
 fn put_contact(out: &mut BytesMut, contact: &Contact) {
@@ -151,6 +152,7 @@ fn put_contact(out: &mut BytesMut, contact: &Contact) {
             contact.peak,
             contact.peak_taxel as f64,
             bound,
+            f64::from(contact.certainty as u8),
         ]);
     numbers.for_each(|number| out.put_f64_le(number));
 }
@@ -226,11 +228,13 @@ struct Hello<'a> {
     picture: &'a str,
     total_known: bool,
     force_unit: &'a str,
+    length_unit: &'a str,
     speed_unit: &'a str,
     period_s: Option<f64>,
     stale_after_s: f64,
     states: [&'a str; State::ALL.len()],
     channel_states: [&'a str; ChannelState::ALL.len()],
+    certainties: [&'a str; Certainty::ALL.len()],
 }
 
 /// The first message to each client.
@@ -272,11 +276,13 @@ pub(crate) fn hello(
         picture: meaning.picture.name(),
         total_known: meaning.total_known,
         force_unit: meaning.force_unit(),
+        length_unit: meaning.length_unit(),
         speed_unit: meaning.speed_unit(),
         period_s: stream.period,
         stale_after_s: stale_after,
         states: State::ALL.map(State::name),
         channel_states: ChannelState::ALL.map(ChannelState::name),
+        certainties: Certainty::ALL.map(Certainty::name),
     };
     serde_json::to_string(&hello).unwrap_or_default()
 }
@@ -351,7 +357,7 @@ mod tests {
             capturing: false,
             host_ns: Some(9),
             flags: FrameFlags::UNCHECKED_WIRE,
-            loss_known: true,
+            lost: Some(continuity.lost),
         }
     }
 
@@ -377,7 +383,7 @@ mod tests {
         let bytes = frame(observed.touch, 1, &health(&continuity));
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let f64_at = |at: usize| f64::from_bits(u64_at(at));
-        assert_eq!(&bytes[..8], b"TXL4\x01\x00\x01\x00");
+        assert_eq!(&bytes[..8], b"TXL5\x01\x00\x01\x00");
         assert_eq!([8, 16, 24, 32, 40].map(u64_at), [7, 8, 1, 2, 3]);
         // Of raw values the total force is not known, their sum is.
         assert_eq!([48, 56].map(f64_at), [60.0, 1e-3]);
@@ -393,13 +399,14 @@ mod tests {
             [2, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]
         );
         assert_eq!(u64_at(200), 9);
-        assert_eq!(bytes[208..216], [1, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes[208..216], [1, 0, 0, 0, 0, 255, 0, 0]);
         // The contact: number, taxels, centre, force z, peak and its taxel.
         assert_eq!([216, 224, 232, 240].map(f64_at), [1.0, 1.0, -0.5, 0.0]);
         assert_eq!([304, 344, 352].map(f64_at), [1.5, 1.5, 0.0]);
         assert!(f64_at(360).is_nan());
+        assert_eq!(f64_at(368), 0.0);
         let arrays = HEADER + CONTACT;
-        assert_eq!(arrays, 368);
+        assert_eq!(arrays, 376);
         // Readings, values, deviations and residuals of two cells.
         assert_eq!(bytes[arrays..arrays + 4], 1.5_f32.to_le_bytes());
         assert_eq!(bytes[arrays + 8..arrays + 12], 1.5_f32.to_le_bytes());

@@ -2,22 +2,29 @@
 
 use std::fmt::Write as _;
 
-use taxel::estimation::{Meaning, Wiring};
+use taxel::estimation::{Certainty, Meaning, State};
 
 use crate::message::{CONTACT, HEADER};
 
 /// What the columns of a line are.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
-    components: usize,
-    /// Names of the channels and of the taxels.
-    channels: Vec<String>,
-    taxels: Vec<String>,
     /// Keys of SI units: of a reading, of a value, of a contact's force, of a length.
     reading: &'static str,
     value: &'static str,
     force: &'static str,
     length: &'static str,
+}
+
+/// Names of the codes of a message; none for one that stands for nothing.
+fn certainty(code: u8) -> Option<&'static str> {
+    Certainty::ALL
+        .get(usize::from(code))
+        .map(|certainty| certainty.name())
+}
+
+fn state(code: u8) -> Option<&'static str> {
+    State::ALL.get(usize::from(code)).map(|state| state.name())
 }
 
 /// SI unit of a quantity, as a key has it and as a header has it.
@@ -38,18 +45,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Columns {
     pub(super) fn new(meaning: &Meaning) -> Self {
-        let layout = &meaning.layout;
-        let taxel =
-            |index: usize| format!("r{}c{}", index / layout.columns, index % layout.columns);
-        let taxels = match meaning.wiring {
-            Wiring::PerTaxel(_) | Wiring::Crossing { .. } | Wiring::Shared { .. } => {
-                layout.rows * layout.columns
-            }
-        };
         Self {
-            components: meaning.components,
-            channels: meaning.channels.clone(),
-            taxels: (0..taxels).map(taxel).collect(),
             reading: unit(&meaning.reading.quantity).0,
             value: unit(&meaning.value.quantity).0,
             force: match meaning.force_unit() {
@@ -59,50 +55,6 @@ impl Columns {
             },
             length: if meaning.in_metres { "m" } else { "cells" },
         }
-    }
-
-    /// First line of a CSV table.
-    pub(super) fn header(&self) -> String {
-        let [reading, value] = [self.reading, self.value].map(shown);
-        let mut header = "sequence,time [ns],host [ns],flags,lost,link".to_owned();
-        for axis in AXES {
-            let _ = write!(header, ",force_{axis} [N]");
-        }
-        for axis in AXES {
-            let _ = write!(header, ",moment_{axis} [N m]");
-        }
-        let length = self.length;
-        let _ = write!(
-            header,
-            ",centre_x [{length}],centre_y [{length}],sum [{value}],contacts"
-        );
-        for name in &self.channels {
-            let name = name.replace(['"', ',', '\n', '\r'], " ");
-            let _ = write!(header, ",reading {name} [{reading}]");
-        }
-        for name in &self.taxels {
-            if self.components == 3 {
-                for axis in AXES {
-                    let _ = write!(header, ",value {name} {axis} [{value}]");
-                }
-            } else {
-                let _ = write!(header, ",value {name} [{value}]");
-            }
-        }
-        header.push('\n');
-        header
-    }
-}
-
-fn shown(key: &'static str) -> &'static str {
-    match key {
-        "f" => "F",
-        "v" => "V",
-        "c" => "C",
-        "n" => "N",
-        "pa" => "Pa",
-        "si" => "SI",
-        other => other,
     }
 }
 
@@ -141,6 +93,20 @@ impl FrameMessage<'_> {
             .0
             .iter()
             .map(|value| f32::from_le_bytes(*value))
+    }
+
+    fn zero_known(&self) -> bool {
+        self.u32(192) & 32 == 0
+    }
+
+    /// Adds what the total says, and whether there is a zero.
+    fn push_certainty(&self, out: &mut String) {
+        let [total, reason] = self.bytes(212);
+        out.push_str(",\"total_certainty\":");
+        push_name(out, certainty(total));
+        out.push_str(",\"total_reason\":");
+        push_name(out, state(reason));
+        let _ = write!(out, ",\"zero_known\":{}", self.zero_known());
     }
 
     fn arrival(&self) -> Option<u64> {
@@ -198,6 +164,7 @@ impl FrameMessage<'_> {
         field(out, format_args!("centre_x_{length}"), self.f64(136));
         field(out, format_args!("centre_y_{length}"), self.f64(144));
         field(out, format_args!("sum_{value}"), self.f64(176));
+        self.push_certainty(out);
         out.push_str(",\"contacts\":[");
         for contact in 0..self.u16(6) {
             let at = HEADER + CONTACT * contact;
@@ -214,6 +181,9 @@ impl FrameMessage<'_> {
                     self.f64(force_at),
                 );
             }
+            let name = certainty(self.f64(at + 152) as u8);
+            out.push_str(",\"certainty\":");
+            push_name(out, name);
             out.push('}');
         }
         let (readings, values) = self.arrays();
@@ -222,30 +192,6 @@ impl FrameMessage<'_> {
         let _ = write!(out, "],\"values_{value}\":[");
         number.list(out, values);
         out.push_str("]}\n");
-    }
-
-    /// Adds the frame as a row of CSV; an unknown number is an empty field.
-    pub(super) fn csv(&self, link: &str, out: &mut String) {
-        let _ = write!(out, "{},{},", self.u64(8), self.u64(16));
-        if let Some(host_ns) = self.arrival() {
-            let _ = write!(out, "{host_ns}");
-        }
-        let _ = write!(out, ",{},", self.u32(208));
-        if let Some(lost) = self.lost() {
-            let _ = write!(out, "{lost}");
-        }
-        let _ = write!(out, ",{link}");
-        let mut number = Number::new();
-        let totals = [64, 72, 80, 112, 120, 128, 136, 144, 176].map(|at| self.f64(at));
-        for value in totals {
-            number.field(out, value);
-        }
-        let _ = write!(out, ",{}", self.u16(6));
-        let (readings, values) = self.arrays();
-        for value in readings.chain(values) {
-            number.field(out, value);
-        }
-        out.push('\n');
     }
 
     /// Readings of the channels, and values of the taxels.
@@ -262,6 +208,14 @@ impl FrameMessage<'_> {
             self.floats(at, channels),
             self.floats(at + 4 * channels, components * taxels),
         )
+    }
+}
+
+/// Adds a name of ours, which needs no escape, as JSON.
+fn push_name(out: &mut String, name: Option<&str>) {
+    match name {
+        Some(name) => drop(write!(out, "\"{name}\"")),
+        None => out.push_str("null"),
     }
 }
 

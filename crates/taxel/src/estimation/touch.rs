@@ -1,5 +1,6 @@
 //! Touch on an array in one frame, whatever the device: the result of estimation.
 
+use super::certainty::Certainty;
 use super::contact::Contact;
 use crate::layout::Wrench;
 
@@ -48,6 +49,11 @@ impl State {
         Self::Ambiguous,
         Self::BelowZero,
     ];
+
+    /// True if a value in this state is no more than a bound.
+    pub fn is_bound(self) -> bool {
+        matches!(self, Self::Saturated | Self::Closed | Self::OutOfRange)
+    }
 
     /// Name in messages and files.
     pub fn name(self) -> &'static str {
@@ -207,6 +213,14 @@ pub struct Touch {
     pub total: Wrench,
     /// Covariance of the total force, N²; `NaN` where it is not known.
     pub total_covariance: [[f64; 3]; 3],
+    /// How much the pressing force of the total says; where the device gives no force, how much
+    /// [`Touch::sum`] says. Shear and moment are known only of an exact one.
+    pub total_certainty: Certainty,
+    /// The state that is the reason why it is not exact, if it is that of a taxel.
+    pub total_reason: Option<State>,
+    /// False while the values are no forces yet: the device needs a rest capture that is not at
+    /// its end.
+    pub zero_known: bool,
     /// Standard deviations of the total moment, N m; `NaN` where they are not known.
     pub moment_deviation: [f64; 3],
     /// Centre of the values over all contacts on the developed surface, m, and
@@ -251,6 +265,9 @@ impl Touch {
             sum: 0.0,
             total: UNKNOWN,
             total_covariance: [[f64::NAN; 3]; 3],
+            total_certainty: Certainty::Unknown,
+            total_reason: None,
+            zero_known: true,
             moment_deviation: [f64::NAN; 3],
             centre_of_pressure: None,
             depth: None,
@@ -261,6 +278,18 @@ impl Touch {
             clipped: 0,
             history_uncertain: false,
         }
+    }
+
+    /// Takes back all that adds up values which are no forces.
+    pub(super) fn say_nothing(&mut self) {
+        self.sum = f64::NAN;
+        self.total = UNKNOWN;
+        self.total_covariance = [[f64::NAN; 3]; 3];
+        self.moment_deviation = [f64::NAN; 3];
+        (self.total_certainty, self.total_reason) = (Certainty::Unknown, None);
+        (self.centre_of_pressure, self.depth) = (None, None);
+        self.contacts.clear();
+        self.regions.fill(None);
     }
 
     /// Number of taxels in each state, in the order of the state codes.
@@ -278,9 +307,10 @@ impl Touch {
     }
 
     /// Pressing force on the whole array with its standard deviation, N; none
-    /// where the device does not know it.
+    /// where the device does not know it, or knows no more than a bound.
     pub fn pressing_force(&self) -> Option<[f64; 2]> {
         let force = self.total.force[2];
-        (!force.is_nan()).then(|| [force, self.total_covariance[2][2].sqrt()])
+        (self.total_certainty == Certainty::Exact && !force.is_nan())
+            .then(|| [force, self.total_covariance[2][2].sqrt()])
     }
 }
