@@ -1,8 +1,9 @@
 // The list of events of contacts, the newest first.
 
 import { create, setText } from "./dom";
-import { eventValue, fixed, seconds } from "./format";
+import { fixed, NONE, seconds } from "./format";
 import type { TouchEvent } from "./protocol";
+import { certain, Quantity } from "./units";
 
 /** Rows of the list; older events are dropped. */
 const MOST_ROWS = 200;
@@ -23,6 +24,11 @@ export class EventList {
     this.filter.addEventListener("change", () => this.fill());
     const table = create("table", { class: "events" }, this.body);
     this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "events" }, this.hint, table);
+  }
+
+  /** All that are kept, the oldest first. */
+  get all(): readonly TouchEvent[] {
+    return this.events;
   }
 
   clear(): void {
@@ -54,12 +60,15 @@ export class EventList {
 }
 
 function row(event: TouchEvent): HTMLTableRowElement {
-  const { time_ns: time, contact, value, deviation, unit } = event;
+  const { time_ns: time, contact, value, deviation, unit, certainty } = event;
   const what = eventInWords(event);
   const cells = [seconds(time), contact === 0 ? "" : String(contact), what];
   // Where there is no room for both, the deviation stands below the value.
-  const [shown = "", spread] = eventValue(value, deviation, unit).split(" ± ");
-  const last = spread === undefined ? [shown] : [`${shown} `, create("span", { class: "spread" }, `± ${spread}`)];
+  const words = Quantity.of(unit).words(value ?? Number.NaN, deviation ?? Number.NaN);
+  const exact = certainty === null || certainty === "exact";
+  const text = [words.number, ...(exact && words.deviation !== "" ? [] : [words.symbol])].join(" ");
+  const shown = value === null ? (event.kind === "mark" ? "" : NONE) : certain(text, certainty);
+  const last = value === null || !exact || words.deviation === "" ? [shown] : [`${shown} `, create("span", { class: "spread" }, `${words.deviation} ${words.symbol}`)];
   const line = create("tr", {}, ...cells.map((text) => create("td", {}, text)), create("td", {}, ...last));
   if (contact !== 0) line.title = `contact ${contact}: ${what}`;
   return line;

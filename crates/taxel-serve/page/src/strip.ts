@@ -5,6 +5,7 @@ import { create, cssValue } from "./dom";
 import { decimalsFor } from "./format";
 import type { Columns } from "./history";
 import { Scale } from "./scale";
+import type { Quantity, Shown } from "./units";
 
 export interface StripSeries {
   label: string;
@@ -61,9 +62,12 @@ export class Strip {
   private readonly plot: uPlot;
   private readonly keys: boolean;
   private readonly scale: Scale;
+  private readonly quantity: Quantity;
+  private readonly resized: ResizeObserver;
   private axis: Axis = { span: 10, tares: [], label: () => "", clock: 0 };
 
-  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number) {
+  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number, quantity: Quantity) {
+    this.quantity = quantity;
     this.keys = keys.length > 0;
     this.scale = new Scale("range", floor);
     this.frame = create("div", {
@@ -78,10 +82,11 @@ export class Strip {
     if (this.keys) this.frame.append(create("div", { class: "keys" }, ...keys));
     this.plot = new uPlot(this.settings(series), [[]], this.frame);
     this.plot.root.setAttribute("aria-hidden", "true");
-    new ResizeObserver(() => {
+    this.resized = new ResizeObserver(() => {
       const [width, height] = [this.frame.clientWidth, this.frame.clientHeight];
       if (width > 0 && height > 0) this.plot.setSize({ width, height });
-    }).observe(this.frame);
+    });
+    this.resized.observe(this.frame);
   }
 
   /** The field of the lines, for the pointer. */
@@ -89,20 +94,28 @@ export class Strip {
     return this.plot.over;
   }
 
-  /** Smallest width of the scale that is taken by itself. */
+  /** Smallest width of the scale that is taken by itself, SI. */
   set floor(width: number) {
     this.scale.floor = width;
   }
 
-  /** As many decimals as show a value of this chart in four digits. */
-  get decimals(): number {
-    return decimalsFor(Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
+  private get size(): number {
+    return Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high));
   }
 
-  /** Forgets the values so far, such as those in another unit. */
-  restart(floor: number): void {
-    this.scale.release();
-    this.scale.floor = floor;
+  /** The unit in which values are shown. */
+  get unit(): Shown {
+    return this.quantity.at(this.size);
+  }
+
+  /** As many decimals as show a value of this chart in four digits. */
+  get decimals(): number {
+    return decimalsFor(this.size / this.unit.per);
+  }
+
+  destroy(): void {
+    this.resized.disconnect();
+    this.plot.destroy();
   }
 
   /** Draws these columns over this axis; `now` in ms. */
@@ -171,7 +184,7 @@ export class Strip {
           size: 52,
           space: (_plot, _axis, _low, _high, size) => Math.max(26, size / 7),
           values: (_, splits) =>
-            splits.map((value) => String(Number(value.toPrecision(6))).replace("-", "\u2212")),
+            splits.map((value) => String(Number((value / this.unit.per).toPrecision(6))).replace("-", "\u2212")),
         },
       ],
       series: [
