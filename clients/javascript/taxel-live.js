@@ -5,13 +5,16 @@
 //   live.tare();
 //   for await (const frame of live) console.log(frame.sequence, frame.force);
 //
-// The protocol is docs/live-protocol.md, version 4. Node 20 has no WebSocket of its own: then the one below is used.
+// The protocol is docs/live-protocol.md, version 5. Node 20 has no WebSocket of its own: then the one below is used.
 
-const PROTOCOL = 4;
-const MAGIC = 0x344c5854;
+const PROTOCOL = 5;
+const MAGIC = 0x354c5854;
 const HEADER = 216;
-const CONTACT = 152;
+const CONTACT = 160;
 const NOT_KNOWN = 2n ** 64n - 1n;
+const NO_STATE = 255;
+/** How much a total, the force of a contact or the value of an event says. */
+export const CERTAINTIES = ["exact", "at_least", "unknown"];
 /** Frames that may wait for a slow reader; the oldest are dropped and counted. */
 const WAITING = 256;
 const LARGEST_MESSAGE = 64 << 20;
@@ -28,7 +31,7 @@ export function decodeFrame(buffer) {
     throw new TaxelError(`a frame has ${buffer.byteLength} bytes, its header alone needs ${HEADER}`);
   }
   const magic = view.getUint32(0, true);
-  if (magic !== MAGIC) throw new TaxelError(`a frame begins with 0x${magic.toString(16)}, not with TXL4`);
+  if (magic !== MAGIC) throw new TaxelError(`a frame begins with 0x${magic.toString(16)}, not with TXL5`);
   const u64 = (at) => view.getBigUint64(at, true);
   const f64 = (at) => view.getFloat64(at, true);
   const list = (at, count) => Array.from({ length: count }, (_, i) => f64(at + 8 * i));
@@ -56,6 +59,7 @@ export function decodeFrame(buffer) {
       peak: f64(at + 128),
       peakTaxel: f64(at + 136),
       bound: f64(at + 144),
+      certainty: CERTAINTIES[f64(at + 152)],
     };
   });
   let at = HEADER + CONTACT * contactCount;
@@ -77,6 +81,11 @@ export function decodeFrame(buffer) {
     centre: list(136, 2),
     centreCovariance: list(152, 3),
     sum: f64(176),
+    totalCertainty: CERTAINTIES[view.getUint8(212)],
+    /** Code of the state that is the reason why the total is not exact; null for none. */
+    totalReason: view.getUint8(213) === NO_STATE ? null : view.getUint8(213),
+    /** False while the values are no forces yet. */
+    zeroKnown: (flags & 32) === 0,
     tared: (flags & 1) !== 0,
     tareRunning: (flags & 2) !== 0,
     clipped: (flags & 4) !== 0,

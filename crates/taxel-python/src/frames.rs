@@ -172,6 +172,9 @@ struct Gathered {
     total: Vec<f64>,
     total_deviation: Vec<f64>,
     moment: Vec<f64>,
+    total_certainty: Vec<u8>,
+    total_reason: Vec<i16>,
+    zero_known: Vec<bool>,
     sum: Vec<f64>,
     centre: Vec<f64>,
     clipped: Vec<i64>,
@@ -196,6 +199,10 @@ impl Gathered {
         self.total.extend(touch.total.force);
         self.total_deviation.extend(touch.total_deviation());
         self.moment.extend(touch.total.moment);
+        self.total_certainty.push(touch.total_certainty as u8);
+        self.total_reason
+            .push(touch.total_reason.map_or(-1, |state| state as i16));
+        self.zero_known.push(touch.zero_known);
         self.sum.push(touch.sum);
         self.centre.extend(
             touch
@@ -430,6 +437,9 @@ fn handed_over(
         let values: Array2<f64> = shaped(values, (count, width))?;
         given.set_item(name, values.into_pyarray(py))?;
     }
+    given.set_item("total_certainty", found.total_certainty.into_pyarray(py))?;
+    given.set_item("total_reason", found.total_reason.into_pyarray(py))?;
+    given.set_item("zero_known", found.zero_known.into_pyarray(py))?;
     given.set_item("sum", found.sum.into_pyarray(py))?;
     given.set_item("clipped", found.clipped.into_pyarray(py))?;
     given.set_item("skipped", found.skipped)?;
@@ -444,7 +454,13 @@ fn handed_over(
             (
                 head,
                 (one.area, one.centre, one.covariance, one.velocity),
-                (one.force, deviation, one.torsion, one.peak),
+                (
+                    one.force,
+                    deviation,
+                    one.torsion,
+                    one.peak,
+                    one.certainty as u8,
+                ),
             )
         })
         .collect();
@@ -460,6 +476,7 @@ fn handed_over(
                 one.kind.name(),
                 one.value,
                 one.deviation,
+                one.certainty as u8,
             )
         })
         .collect();

@@ -7,7 +7,7 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 
 use serde::Serialize;
-use taxel::estimation::{TouchEvent, TouchEventKind};
+use taxel::estimation::{Certainty, TouchEvent, TouchEventKind};
 use taxel::shown;
 
 use crate::reserved::reserved;
@@ -28,6 +28,8 @@ pub struct EventRecord {
     pub value: f64,
     /// Standard deviation of the value; `NaN` where it is not known.
     pub deviation: f64,
+    /// How much the value says; none without one.
+    pub certainty: Option<&'static str>,
     /// Unit of the value.
     pub unit: &'static str,
     /// Words of a mark.
@@ -54,7 +56,7 @@ pub struct EventRecord {
 }
 
 /// First line of a CSV file of events.
-const COLUMNS: &str = "time [ns],contact,event,value,deviation,unit,parent,into,rise_time [s],symmetry,\
+const COLUMNS: &str = "time [ns],contact,event,value,deviation,certainty,unit,parent,into,rise_time [s],symmetry,\
                        direction_x,direction_y,score,text";
 
 impl EventRecord {
@@ -66,6 +68,7 @@ impl EventRecord {
             kind: event.kind.name(),
             value: event.value,
             deviation: event.deviation,
+            certainty: (!event.value.is_nan()).then(|| event.certainty.name()),
             unit: force,
             text: None,
             parent: None,
@@ -101,6 +104,7 @@ impl EventRecord {
             kind: "mark",
             value: f64::NAN,
             deviation: f64::NAN,
+            certainty: None,
             unit: "",
             text: Some(text),
             parent: None,
@@ -137,6 +141,7 @@ impl EventRecord {
             self.kind.into(),
             number(Some(self.value)),
             number(Some(self.deviation)),
+            self.certainty.unwrap_or_default().into(),
             self.unit.into(),
             contact(self.parent),
             contact(self.into),
@@ -282,6 +287,7 @@ impl Default for EventLog {
             kind: TouchEventKind::Touch,
             value: 0.0,
             deviation: 0.0,
+            certainty: Certainty::Exact,
         };
         Self {
             next: 0,
@@ -423,6 +429,7 @@ mod tests {
             },
             value: 0.02,
             deviation: f64::NAN,
+            certainty: Certainty::Exact,
         };
         EventRecord::new(index, &event, ["N", "m/s"])
     }
@@ -431,10 +438,10 @@ mod tests {
     fn an_event_is_one_line_in_each_format() {
         assert_eq!(
             record(2).json(),
-            r#"{"index":2,"time_ns":10,"contact":3,"kind":"slip","value":0.02,"deviation":null,"unit":"m/s","direction":[-1.0,0.0],"score":0.75}"#
+            r#"{"index":2,"time_ns":10,"contact":3,"kind":"slip","value":0.02,"deviation":null,"certainty":"exact","unit":"m/s","direction":[-1.0,0.0],"score":0.75}"#
         );
         let csv = record(2).csv();
-        assert_eq!(csv, "10,3,slip,0.02,,m/s,,,,,-1,0,0.75,");
+        assert_eq!(csv, "10,3,slip,0.02,,exact,m/s,,,,,-1,0,0.75,");
         assert_eq!(csv.split(',').count(), COLUMNS.split(',').count());
     }
 
@@ -489,6 +496,7 @@ mod tests {
             kind: TouchEventKind::Touch,
             value: 0.5,
             deviation: 0.25,
+            certainty: Certainty::Exact,
         };
         taken.push(&[touch, touch], &|_| ()).unwrap();
         let (summary, written) = taken.finish();
@@ -496,7 +504,10 @@ mod tests {
         assert_eq!(summary.counts["touch"], 2);
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines, [COLUMNS, "7,1,touch,0.5,0.25,N,,,,,,,,", lines[1]]);
+        assert_eq!(
+            lines,
+            [COLUMNS, "7,1,touch,0.5,0.25,exact,N,,,,,,,,", lines[1]]
+        );
         assert!(matches!(
             EventWriter::create(&file, false),
             Err(SaveError::Create { .. })

@@ -4,17 +4,17 @@ use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{FrameFlags, Stream};
 use taxel::estimation::{
-    ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
+    Certainty, ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
 };
 use taxel::layout::Mount;
 
 use crate::link::LinkStatus;
 use crate::tare::BelowZero;
 
-/// The bytes `TXL4`.
-const MAGIC: u32 = 0x344C_5854;
+/// The bytes `TXL5`.
+const MAGIC: u32 = 0x354C_5854;
 /// Version of the protocol.
-const PROTOCOL: u32 = 4;
+const PROTOCOL: u32 = 5;
 
 /// Facts about the stream of frames that go with each message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,9 @@ pub(crate) struct Health<'a> {
 const MOST_CONTACTS: usize = u16::MAX as usize;
 /// Bytes before the contacts, and of one contact.
 pub(crate) const HEADER: usize = 216;
-pub(crate) const CONTACT: usize = 8 * 19;
+pub(crate) const CONTACT: usize = 8 * 20;
+/// Code of no state.
+pub(crate) const NO_STATE: u8 = u8::MAX;
 
 /// Encodes one frame of a device whose values have so many components.
 pub(crate) fn frame(touch: &Touch, components: usize, health: &Health<'_>) -> Bytes {
@@ -125,13 +127,16 @@ fn header(
         touch.clipped > 0,
         touch.history_uncertain,
         touch.merged > 0,
+        !touch.zero_known,
     ];
     let bits = flags.iter().enumerate();
     out.put_u32_le(bits.map(|(bit, flag)| u32::from(*flag) << bit).sum());
     out.put_u32_le(touch.left_out as u32);
     out.put_u64_le(health.host_ns.unwrap_or(u64::MAX));
     out.put_u32_le(health.flags.bits().into());
-    out.put_u32_le(0);
+    out.put_u8(touch.total_certainty as u8);
+    out.put_u8(touch.total_reason.map_or(NO_STATE, |state| state as u8));
+    out.put_u16_le(0);
 }
 
 fn put_contact(out: &mut BytesMut, contact: &Contact) {
@@ -151,6 +156,7 @@ fn put_contact(out: &mut BytesMut, contact: &Contact) {
             contact.peak,
             contact.peak_taxel as f64,
             bound,
+            f64::from(contact.certainty as u8),
         ]);
     numbers.for_each(|number| out.put_f64_le(number));
 }
@@ -231,6 +237,7 @@ struct Hello<'a> {
     stale_after_s: f64,
     states: [&'a str; State::ALL.len()],
     channel_states: [&'a str; ChannelState::ALL.len()],
+    certainties: [&'a str; Certainty::ALL.len()],
 }
 
 /// The first message to each client.
@@ -277,6 +284,7 @@ pub(crate) fn hello(
         stale_after_s: stale_after,
         states: State::ALL.map(State::name),
         channel_states: ChannelState::ALL.map(ChannelState::name),
+        certainties: Certainty::ALL.map(Certainty::name),
     };
     serde_json::to_string(&hello).unwrap_or_default()
 }
@@ -377,7 +385,7 @@ mod tests {
         let bytes = frame(observed.touch, 1, &health(&continuity));
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let f64_at = |at: usize| f64::from_bits(u64_at(at));
-        assert_eq!(&bytes[..8], b"TXL4\x01\x00\x01\x00");
+        assert_eq!(&bytes[..8], b"TXL5\x01\x00\x01\x00");
         assert_eq!([8, 16, 24, 32, 40].map(u64_at), [7, 8, 1, 2, 3]);
         // Of raw values the total force is not known, their sum is.
         assert_eq!([48, 56].map(f64_at), [60.0, 1e-3]);
@@ -393,13 +401,14 @@ mod tests {
             [2, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]
         );
         assert_eq!(u64_at(200), 9);
-        assert_eq!(bytes[208..216], [1, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes[208..216], [1, 0, 0, 0, 0, 255, 0, 0]);
         // The contact: number, taxels, centre, force z, peak and its taxel.
         assert_eq!([216, 224, 232, 240].map(f64_at), [1.0, 1.0, -0.5, 0.0]);
         assert_eq!([304, 344, 352].map(f64_at), [1.5, 1.5, 0.0]);
         assert!(f64_at(360).is_nan());
+        assert_eq!(f64_at(368), 0.0);
         let arrays = HEADER + CONTACT;
-        assert_eq!(arrays, 368);
+        assert_eq!(arrays, 376);
         // Readings, values, deviations and residuals of two cells.
         assert_eq!(bytes[arrays..arrays + 4], 1.5_f32.to_le_bytes());
         assert_eq!(bytes[arrays + 8..arrays + 12], 1.5_f32.to_le_bytes());

@@ -22,7 +22,7 @@ from ._errors import FrameError, InputError, SolveError
 from ._live import Block, Live, TaxelError, connect
 from ._sensor import Information, Sensor
 from ._study import Design, Result, Study, Tolerance
-from ._touch import CONTACT, EVENT, Estimator, Frames, Recording, State, Touch, Twin, read
+from ._touch import CONTACT, EVENT, Certainty, Estimator, Frames, Recording, State, Touch, Twin, read
 from ._trained import TrainedMap
 
 #: Version of the package and of the command.
@@ -34,6 +34,7 @@ __all__ = [
     "Answers",
     "Block",
     "Calibration",
+    "Certainty",
     "Design",
     "Estimator",
     "FrameError",

@@ -28,6 +28,9 @@ class Block:
     total_force: NDArray[np.float64]
     total_deviation: NDArray[np.float64]
     moment: NDArray[np.float64]
+    #: How much the total says: codes of :class:`taxel.Certainty`: ``(n,)`` uint8; and whether the values are forces yet.
+    total_certainty: NDArray[np.uint8]
+    zero_known: NDArray[np.bool_]
     #: Value of each taxel and its standard deviation: ``(n, rows, columns, components)``.
     value: NDArray[np.float32]
     deviation: NDArray[np.float32]
@@ -115,6 +118,8 @@ class Live:
             total_force=np.array([frame.force for frame in frames]),
             total_deviation=np.array([frame.force_deviation for frame in frames]),
             moment=np.array([frame.moment for frame in frames]),
+            total_certainty=np.array([frame.total_certainty for frame in frames], np.uint8),
+            zero_known=np.array([frame.zero_known for frame in frames], np.bool_),
             value=image("values"),
             deviation=image("deviations"),
             state=image("states"),

@@ -46,20 +46,31 @@ class State(enum.IntEnum):
     BELOW_ZERO = 10
 
 
+class Certainty(enum.IntEnum):
+    """How much a total, the force of a contact or the value of an event says."""
+
+    #: The number with its standard deviation.
+    EXACT = 0
+    #: No less than the number.
+    AT_LEAST = 1
+    #: Nothing is known.
+    UNKNOWN = 2
+
+
 #: One row for each contact of each frame. SI; positions are from the centre of the array, on the
 #: developed surface. ``bound`` is the code of the :class:`State` of a taxel that gives only a
-#: bound, or -1.
+#: bound, or -1; ``certainty`` that of :class:`Certainty`.
 CONTACT = np.dtype(
     [
         ("sequence", "u8"), ("time_ns", "i8"), ("contact", "u8"), ("taxels", "i8"), ("peak_taxel", "i8"), ("bound", "i2"),
         ("area", "f8"), ("centre", "f8", 2), ("centre_covariance", "f8", 3), ("velocity", "f8", 2),
-        ("force", "f8", 3), ("force_deviation", "f8", 3), ("torsion", "f8"), ("peak", "f8"),
+        ("force", "f8", 3), ("force_deviation", "f8", 3), ("torsion", "f8"), ("peak", "f8"), ("certainty", "u1"),
     ]
 )  # fmt: skip
 
 #: One row for each event of a contact; ``value`` is in the unit that the kind has in the guide.
 EVENT = np.dtype(
-    [("sequence", "u8"), ("time_ns", "i8"), ("contact", "u8"), ("kind", "U16"), ("value", "f8"), ("deviation", "f8")]
+    [("sequence", "u8"), ("time_ns", "i8"), ("contact", "u8"), ("kind", "U16"), ("value", "f8"), ("deviation", "f8"), ("certainty", "u1")]
 )
 
 
@@ -128,6 +139,12 @@ class Touch(_Equal):
     total_force: NDArray[np.float64]
     total_deviation: NDArray[np.float64]
     moment: NDArray[np.float64]
+    #: How much the total says, codes of :class:`Certainty`: ``(n,)`` uint8; and the code of the
+    #: :class:`State` that is the reason why it is not exact, or -1: ``(n,)`` int16.
+    total_certainty: NDArray[np.uint8]
+    total_reason: NDArray[np.int16]
+    #: False for frames whose values are no forces yet, because the zero is not taken: ``(n,)``.
+    zero_known: NDArray[np.bool_]
     #: Sum of the values along z: ``(n,)``.
     sum: NDArray[np.float64]
     #: Centre of pressure, m: ``(n, 2)``; NaN without contact.

@@ -7,7 +7,7 @@
         for frame in live.frames():
             print(frame.sequence, frame.force, frame.values.shape)
 
-With NumPy, arrays are NumPy arrays; without it they are lists. The protocol is docs/live-protocol.md, version 4.
+With NumPy, arrays are NumPy arrays; without it they are lists. The protocol is docs/live-protocol.md, version 5.
 Run as a program it prints the total force of each frame: python3 taxel_live.py ADDRESS
 """
 
@@ -27,11 +27,13 @@ try:
 except ImportError:
     numpy = None  # type: ignore[assignment, unused-ignore]
 
-PROTOCOL = 4
-MAGIC = 0x344C5854
-HEADER = struct.Struct("<IHH5Q2d3d3d3d2d3dd4IQII")
-CONTACT = struct.Struct("<19d")
+PROTOCOL = 5
+MAGIC = 0x354C5854
+HEADER = struct.Struct("<IHH5Q2d3d3d3d2d3dd4IQIBBH")
+CONTACT = struct.Struct("<20d")
 NOT_KNOWN = 2**64 - 1
+NO_STATE = 255
+EXACT, AT_LEAST, UNKNOWN = 0, 1, 2
 # A message of the server is far smaller; more is not a taxel.
 LARGEST_MESSAGE = 64 << 20
 UNCHECKED_WIRE, INFERRED_TIME = 1, 2
@@ -46,7 +48,7 @@ class Contact:
 
     __slots__ = (
         "id", "taxels", "centre", "covariance", "velocity", "force", "force_deviation", "torsion", "peak", "peak_taxel",
-        "bound",
+        "bound", "certainty",
     )
 
     def __init__(self, numbers):
@@ -56,6 +58,8 @@ class Contact:
         self.torsion, self.peak, self.peak_taxel = numbers[15], numbers[16], int(numbers[17])
         # Code of the state of a taxel that gives only a bound, or None.
         self.bound = None if math.isnan(numbers[18]) else int(numbers[18])
+        # How much the force says: index into `hello["certainties"]`.
+        self.certainty = int(numbers[19])
 
 
 class Frame:
@@ -69,6 +73,7 @@ class Frame:
         "components", "sequence", "time_ns", "lost", "late", "duplicate", "rate", "latency", "force", "force_deviation",
         "moment", "centre", "centre_covariance", "sum", "tared", "tare_running", "clipped", "host_ns", "flags",
         "contacts", "readings", "values", "deviations", "residuals", "channel_states", "states", "counted",
+        "total_certainty", "total_reason", "zero_known",
     )
 
     def __init__(self, message):
@@ -77,14 +82,18 @@ class Frame:
         head = HEADER.unpack_from(message)
         magic, self.components, contacts = head[:3]
         if magic != MAGIC:
-            raise TaxelError(f"a frame begins with 0x{magic:08x}, not with TXL4")
+            raise TaxelError(f"a frame begins with 0x{magic:08x}, not with TXL5")
         self.sequence, self.time_ns, lost, self.late, self.duplicate = head[3:8]
         # None where the wire of the board cannot tell.
         self.lost = None if lost == NOT_KNOWN else lost
         self.rate, self.latency = head[8:10]
         self.force, self.force_deviation, self.moment = head[10:13], head[13:16], head[16:19]
         self.centre, self.centre_covariance, self.sum = head[19:21], head[21:24], head[24]
-        taxels, channels, flags, _left_out, host_ns, self.flags, _ = head[25:]
+        taxels, channels, flags, _left_out, host_ns, self.flags, self.total_certainty, reason, _ = head[25:]
+        # State of a taxel that is the reason why the total is not exact, or None. An index, as `total_certainty` is.
+        self.total_reason = None if reason == NO_STATE else reason
+        # False while the values are no forces yet.
+        self.zero_known = not flags & 32
         self.tared, self.tare_running, self.clipped = bool(flags & 1), bool(flags & 2), bool(flags & 4)
         # Arrival by the steady clock of the server, ns since its source was opened; None without a link.
         self.host_ns = None if host_ns == NOT_KNOWN else host_ns

@@ -106,7 +106,7 @@ fn put(
         },
         Topic::Events => {
             titles(
-                "index,time [ns],contact,event,value,deviation,unit,parent,into,rise_time [s],symmetry,direction_x,direction_y,score",
+                "index,time [ns],contact,event,value,deviation,certainty,unit,parent,into,rise_time [s],symmetry,direction_x,direction_y,score",
                 out,
             )?;
             EventMessage::decode(bytes).map_or(Ok(()), |event| put_event(&event, out))
@@ -246,7 +246,7 @@ fn put_touch(
         }
         write!(
             out,
-            ",centre_x [{length}],centre_y [{length}],contacts,left_out,clipped"
+            ",centre_x [{length}],centre_y [{length}],contacts,left_out,clipped,total_certainty,total_reason,zero_known"
         )?;
         for what in [name.clone(), format!("{name}_deviation")] {
             for taxel in 0..touch.states.len() {
@@ -274,6 +274,18 @@ fn put_touch(
         touch.left_out,
         touch.clipped
     )?;
+    match &touch.certainty {
+        Some(certainty) => write!(
+            out,
+            ",{},{},{}",
+            certainty_name(certainty.total),
+            certainty
+                .reason
+                .map_or(String::new(), |code| meaning.state(code)),
+            certainty.zero_known
+        )?,
+        None => write!(out, ",,,")?,
+    }
     for value in touch.values.iter().chain(&touch.deviations) {
         write!(out, ",{}", number(shortened(f64::from(*value) / scale)))?;
     }
@@ -297,14 +309,14 @@ fn put_contact_titles(meaning: &ExportMeaning, out: &mut dyn Write) -> Result<()
     }
     writeln!(
         out,
-        ",torsion [N m],peak [{force}],peak_taxel,bound,velocity_x [{length}/s],velocity_y [{length}/s]"
+        ",torsion [N m],peak [{force}],peak_taxel,bound,certainty,velocity_x [{length}/s],velocity_y [{length}/s]"
     )
 }
 
 fn put_contacts(touch: &TouchMessage, meaning: &ExportMeaning, out: &mut dyn Write) -> Result<()> {
     let (_, force) = meaning.force_unit();
     let (_, length) = meaning.length_unit();
-    for contact in &touch.contacts {
+    for (index, contact) in touch.contacts.iter().enumerate() {
         write!(
             out,
             "{},{},{},{}",
@@ -326,8 +338,14 @@ fn put_contacts(touch: &TouchMessage, meaning: &ExportMeaning, out: &mut dyn Wri
             .map_or(String::new(), |code| meaning.state(code));
         write!(
             out,
-            ",{},{bound}",
-            meaning.taxel(contact.peak_taxel as usize)
+            ",{},{bound},{}",
+            meaning.taxel(contact.peak_taxel as usize),
+            touch.certainty.as_ref().map_or("", |certainty| {
+                certainty
+                    .contacts
+                    .get(index)
+                    .map_or("", |code| certainty_name(*code))
+            })
         )?;
         for value in contact.velocity {
             write!(out, ",{}", number(value / length))?;
@@ -335,6 +353,14 @@ fn put_contacts(touch: &TouchMessage, meaning: &ExportMeaning, out: &mut dyn Wri
         writeln!(out)?;
     }
     Ok(())
+}
+
+/// Name of a code of certainty; empty for one of a later version.
+fn certainty_name(code: u8) -> &'static str {
+    ["exact", "at_least", "unknown"]
+        .get(usize::from(code))
+        .copied()
+        .unwrap_or_default()
 }
 
 fn put_event(event: &EventMessage, out: &mut dyn Write) -> Result<()> {
@@ -347,6 +373,7 @@ fn put_event(event: &EventMessage, out: &mut dyn Write) -> Result<()> {
         text(&event.kind),
         number(event.value),
         number(event.deviation),
+        event.certainty.clone().unwrap_or_default(),
         text(&event.unit),
         contact(event.parent),
         contact(event.into),

@@ -125,6 +125,11 @@ impl<'a> Decoder<'a> {
         Some(taken)
     }
 
+    /// True if nothing is left: a field that earlier versions did not write is missing.
+    pub(super) fn is_at_end(&self) -> bool {
+        self.at == self.bytes.len()
+    }
+
     fn aligned(&mut self, size: usize) -> Option<&'a [u8]> {
         self.at = self.at.checked_next_multiple_of(size)?;
         self.take(size)

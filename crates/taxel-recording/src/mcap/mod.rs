@@ -22,8 +22,9 @@ mod storage;
 mod writer;
 
 pub use message::{
-    ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage,
-    MarkMessage, Message, NO_TIME, RECONNECTED, RestKind, RestMessage, TouchMessage, WireMessage,
+    CertaintyMessage, ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage,
+    LinkMessage, MarkMessage, Message, NO_TIME, RECONNECTED, RestKind, RestMessage, TouchMessage,
+    WireMessage,
 };
 pub use reader::{Damage, Findings, McapReader, StoredMessage};
 pub use record::{Attachment, MAGIC, Metadata};

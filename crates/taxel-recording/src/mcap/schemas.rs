@@ -177,6 +177,13 @@ uint32 merged
 bool history_uncertain
 # The strongest first.
 taxel_msgs/Contact[] contacts
+# False while the values are no forces yet: the zero is not taken.
+bool zero_known
+# How much the total says: 0 exact, 1 at least, 2 unknown; and the state that is the reason, 255 for none.
+uint8 total_certainty
+uint8 total_reason
+# The same of each contact.
+uint8[] contact_certainties
 ";
 
 const CONTACT: &str = "\
@@ -211,7 +218,7 @@ uint64 index
 uint64 device_time_ns
 # Number of the contact; 0 for none.
 uint64 contact
-# touch, release, split, merged, step, impact, cyclic, slip, saturated, closed
+# touch, release, split, merged, step, impact, cyclic, slip, saturated, closed, overload
 string kind
 # In the unit; NaN where not known.
 float64 value
@@ -229,6 +236,8 @@ float64 symmetry
 float64[2] direction
 # Correlation of a slip along rows; NaN for none.
 float64 score
+# How much the value says: exact, at_least, unknown.
+string certainty
 ";
 
 const LINK: &str = "\

@@ -1,4 +1,4 @@
-// The live protocol, version 4 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
+// The live protocol, version 5 (docs/live-protocol.md): bytes and JSON in, frames and messages out. No I/O.
 
 /** A quantity and the unit in which it is shown: shown = SI / `si_per_unit`. */
 export interface Unit {
@@ -48,7 +48,12 @@ export interface Hello {
   /** Names of the state codes of taxels and of channels. */
   states: string[];
   channel_states: string[];
+  /** Names of the codes of certainty. */
+  certainties: Certainty[];
 }
+
+/** How much a number says: all, a least value, or nothing. */
+export type Certainty = "exact" | "at_least" | "unknown";
 
 /** Sent every 100 ms. */
 export interface Status {
@@ -118,6 +123,8 @@ export interface TouchEvent {
   /** In `unit`; null where it is not known. */
   value: number | null;
   deviation: number | null;
+  /** Null without a value. */
+  certainty: Certainty | null;
   unit: string;
   /** Words of a mark. */
   text?: string;
@@ -212,6 +219,8 @@ export interface Contact {
   peakTaxel: number;
   /** Code of the state of a taxel that gives no more than a bound; NaN for none. */
   bound: number;
+  /** How much the force says. */
+  certainty: Certainty;
 }
 
 /** What every frame begins with. */
@@ -239,6 +248,12 @@ export interface FrameHeader {
   centreCovariance: [number, number, number];
   /** Sum of the counted values along z, SI. */
   sum: number;
+  /** How much the total says (of the sum, where the device gives no force). */
+  totalCertainty: Certainty;
+  /** Index into `states` of the reason why it is not exact; null for none. */
+  totalReason: number | null;
+  /** False while the values are no forces yet. */
+  zeroKnown: boolean;
   taxels: number;
   channels: number;
   tared: boolean;
@@ -282,12 +297,14 @@ export interface Frame {
 export class ProtocolError extends Error {}
 
 /** Version of the protocol that this page speaks. */
-const PROTOCOL = 4;
-const MAGIC = 0x344c5854;
+const PROTOCOL = 5;
+const MAGIC = 0x354c5854;
 const HEADER_LENGTH = 216;
+const CERTAINTIES: readonly Certainty[] = ["exact", "at_least", "unknown"];
 /** Stands for a number that is not known. */
 const NOT_KNOWN = 2n ** 64n - 1n;
-const CONTACT_LENGTH = 19 * 8;
+const NO_STATE = 255;
+const CONTACT_LENGTH = 20 * 8;
 /** Bytes of a channel: reading and state. */
 const CHANNEL_LENGTH = 4 + 1;
 /** Bytes of a taxel: residual, state, whether it counts; and for each component value and deviation. */
@@ -359,7 +376,7 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
   }
   const view = new DataView(bytes);
   const magic = view.getUint32(0, true);
-  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL4`);
+  if (magic !== MAGIC) throw new ProtocolError(`a frame begins with 0x${magic.toString(16)}, not with TXL5`);
   const components = view.getUint16(4, true);
   if (components !== 1 && components !== 3) {
     throw new ProtocolError(`a frame has values of ${components} components; known are 1 and 3`);
@@ -394,6 +411,9 @@ export function decodeHeader(bytes: ArrayBuffer): FrameHeader {
     centre: [view.getFloat64(136, true), view.getFloat64(144, true)],
     centreCovariance: triple(view, 152),
     sum: view.getFloat64(176, true),
+    totalCertainty: certainty(view.getUint8(212)),
+    totalReason: view.getUint8(213) === NO_STATE ? null : view.getUint8(213),
+    zeroKnown: (flags & 32) === 0,
     taxels,
     channels,
     tared: (flags & 1) !== 0,
@@ -456,9 +476,15 @@ function decodeContacts(bytes: ArrayBuffer, count: number): Contact[] {
       peak: number(16),
       peakTaxel: number(17),
       bound: number(18),
+      certainty: certainty(number(19)),
     });
   }
   return contacts;
+}
+
+/** A code that this page does not know says nothing. */
+function certainty(code: number): Certainty {
+  return CERTAINTIES[code] ?? "unknown";
 }
 
 function known(value: bigint): number {

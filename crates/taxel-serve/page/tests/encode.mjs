@@ -1,6 +1,6 @@
 // Writes a frame of the live protocol, for the mock server and the tests of the decoder.
 
-const CONTACT_NUMBERS = 19;
+const CONTACT_NUMBERS = 20;
 
 /** One binary message. Missing totals are NaN, missing counts 0, and every taxel counts. */
 export function encodeFrame(frame) {
@@ -19,7 +19,7 @@ export function encodeFrame(frame) {
   const floats = (values) => values.forEach((value) => put("setFloat32", 4, value));
   const octets = (values) => values.forEach((value) => put("setUint8", 1, value));
   const unknown = [Number.NaN, Number.NaN, Number.NaN];
-  put("setUint32", 4, 0x344c5854);
+  put("setUint32", 4, 0x354c5854);
   put("setUint16", 2, components);
   put("setUint16", 2, contacts.length);
   put("setBigUint64", 8, frame.sequence ?? 0n);
@@ -40,7 +40,9 @@ export function encodeFrame(frame) {
   put("setUint32", 4, frame.leftOut ?? 0);
   put("setBigUint64", 8, frame.hostNs ?? 2n ** 64n - 1n);
   put("setUint32", 4, frame.uncertain ?? 0);
-  put("setUint32", 4, 0);
+  put("setUint8", 1, frame.totalCertainty ?? 0);
+  put("setUint8", 1, frame.totalReason ?? 255);
+  put("setUint16", 2, 0);
   for (const contact of contacts) {
     if (contact.length !== CONTACT_NUMBERS) {
       throw new Error(`a contact has ${contact.length} numbers, not ${CONTACT_NUMBERS}`);

@@ -117,6 +117,7 @@ function contactsOf(pressed) {
       kind === 1 ? peak : 12e3 * peak,
       loads.indexOf(peak),
       Number.NaN,
+      0,
     ];
   });
 }
@@ -337,7 +338,7 @@ const MEANINGS = {
 
 const hello = {
   type: "hello",
-  protocol: 4,
+  protocol: 5,
   name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "one component 2x4" }[kind],
   source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
   version: "0.0.0",
@@ -353,6 +354,7 @@ const hello = {
   stale_after_s: STALE_AFTER,
   states: STATES,
   channel_states: CHANNEL_STATES,
+  certainties: ["exact", "at_least", "unknown"],
 };
 
 const tare = { state: "none", timeNs: null, message: "" };
@@ -384,7 +386,7 @@ const EVENTS = [
   { kind: "slip", contact: 1, value: 0.0203, deviation: 0.0004, unit: "m/s", direction: [1, 0], score: 0.71 },
   { kind: "merged", contact: 2, value: 0.25, deviation: 0.001, unit: "N", into: 1 },
   { kind: "release", contact: 1, value: 0.0002, deviation: null, unit: "N" },
-].map((event, index) => ({ index, time_ns: 250_000_000 * (index + 1), ...event }));
+].map((event, index) => ({ index, time_ns: 250_000_000 * (index + 1), certainty: "exact", ...event }));
 const HEALTH = {
   type: "health",
   repeated: 0,

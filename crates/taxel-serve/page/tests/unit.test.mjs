@@ -36,7 +36,7 @@ const { RestValues } = await load("rest");
 const UNIT = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
 const HELLO = {
   type: "hello",
-  protocol: 4,
+  protocol: 5,
   name: "array",
   source: "sim:",
   rows: 1,
@@ -49,6 +49,7 @@ const HELLO = {
   full_scale: 1,
   states: ["ok"],
   channel_states: ["ok"],
+  certainties: ["exact", "at_least", "unknown"],
 };
 
 const THREE_COMPONENTS = {
@@ -66,9 +67,11 @@ const THREE_COMPONENTS = {
   centre: [7, 8],
   centreCovariance: [9, 10, 11],
   sum: 12,
-  flags: 5,
+  flags: 37,
+  totalCertainty: 1,
+  totalReason: 6,
   leftOut: 1,
-  contacts: [[17, 2, 0.1, 0.2, 1, 2, 3, 0.01, -0.02, 4, 5, 6, 0.4, 0.5, 0.6, 0.7, 7, 1, 2]],
+  contacts: [[17, 2, 0.1, 0.2, 1, 2, 3, 0.01, -0.02, 4, 5, 6, 0.4, 0.5, 0.6, 0.7, 7, 1, 2, 2]],
   reading: [1, 2, 3, 4, 5, 6, 7, 8],
   value: [0.5, -0.25, 1, Number.NaN, 0, 0],
   deviation: [1, 1, 1, 2, 2, 2],
@@ -92,6 +95,9 @@ test("a frame of three components is read field by field", () => {
   assert.deepEqual(header.centre, [7, 8]);
   assert.deepEqual(header.centreCovariance, [9, 10, 11]);
   assert.deepEqual([header.sum, header.leftOut], [12, 1]);
+  assert.deepEqual([header.totalCertainty, header.totalReason, header.zeroKnown], ["at_least", 6, false]);
+  const other = decodeHeader(encodeFrame({ ...THREE_COMPONENTS, flags: 0, totalCertainty: 0, totalReason: 255 }));
+  assert.deepEqual([other.totalCertainty, other.totalReason, other.zeroKnown], ["exact", null, true]);
   assert.deepEqual([header.tared, header.tareRunning, header.clipped, header.historyUncertain, header.merged], [true, false, true, false, false]);
   assert.deepEqual(frame.contacts, [
     {
@@ -106,6 +112,7 @@ test("a frame of three components is read field by field", () => {
       peak: 7,
       peakTaxel: 1,
       bound: 2,
+      certainty: "unknown",
     },
   ]);
   assert.deepEqual([...frame.reading], [1, 2, 3, 4, 5, 6, 7, 8]);
@@ -119,7 +126,7 @@ test("a frame of three components is read field by field", () => {
 const ONE_COMPONENT = {
   totalForce: [Number.NaN, Number.NaN, 0.25],
   totalDeviation: [Number.NaN, Number.NaN, 0.01],
-  contacts: [[1, 1, 0.1, 0.2, 1, 2, 3, 0, 0, 0, 0, 0.25, 0, 0, 0.01, 0, 7, 1, Number.NaN]],
+  contacts: [[1, 1, 0.1, 0.2, 1, 2, 3, 0, 0, 0, 0, 0.25, 0, 0, 0.01, 0, 7, 1, Number.NaN, 0]],
   reading: [1.5, Number.NaN, 2.5],
   value: [0, 12.5, -3, Number.NaN],
   deviation: [0.5, 0.5, Number.NaN, Number.NaN],
@@ -141,9 +148,9 @@ test("a frame of one component is read: channels, then taxels", () => {
 
 test("frames of a wrong length are refused, also when a count does not fit", () => {
   const bytes = encodeFrame(ONE_COMPONENT);
-  assert.equal(bytes.byteLength, 216 + 152 + 3 * 5 + 4 * 14);
-  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /438 bytes; 3 channels, 4 taxels and 1 contacts need 439/);
-  assert.throws(() => decodeFrame(bytes.slice(0, 216 + 152)), ProtocolError);
+  assert.equal(bytes.byteLength, 216 + 160 + 3 * 5 + 4 * 14);
+  assert.throws(() => decodeFrame(bytes.slice(0, -1)), /446 bytes; 3 channels, 4 taxels and 1 contacts need 447/);
+  assert.throws(() => decodeFrame(bytes.slice(0, 216 + 160)), ProtocolError);
   for (const place of [184, 188]) {
     for (const count of [2, 5, 2 ** 32 - 1]) {
       const other = bytes.slice(0);
@@ -213,7 +220,7 @@ test("a force is in millinewtons below one newton, a dash where it is not known"
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
   const bytes = encodeFrame(THREE_COMPONENTS);
-  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /467 bytes.*need 468/);
+  assert.throws(() => decodeFrame(bytes.slice(0, bytes.byteLength - 1)), /475 bytes.*need 476/);
   const longer = new Uint8Array(bytes.byteLength + 1);
   longer.set(new Uint8Array(bytes));
   assert.throws(() => decodeFrame(longer.buffer), ProtocolError);
@@ -225,7 +232,7 @@ test("a foreign magic and another number of components are refused", () => {
   new DataView(bytes).setUint16(4, 2, true);
   assert.throws(() => decodeFrame(bytes), /2 components/);
   new DataView(bytes).setUint32(0, 0, true);
-  assert.throws(() => decodeFrame(bytes), /TXL4/);
+  assert.throws(() => decodeFrame(bytes), /TXL5/);
 });
 
 test("hello and status are read, other protocols refused", () => {

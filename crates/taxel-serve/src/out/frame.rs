@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use taxel::estimation::{Meaning, Wiring};
+use taxel::estimation::{Certainty, Meaning, State, Wiring};
 
 use crate::message::{CONTACT, HEADER};
 
@@ -18,6 +18,17 @@ pub(super) struct Columns {
     value: &'static str,
     force: &'static str,
     length: &'static str,
+}
+
+/// Names of the codes of a message; none for one that stands for nothing.
+fn certainty(code: u8) -> Option<&'static str> {
+    Certainty::ALL
+        .get(usize::from(code))
+        .map(|certainty| certainty.name())
+}
+
+fn state(code: u8) -> Option<&'static str> {
+    State::ALL.get(usize::from(code)).map(|state| state.name())
 }
 
 /// SI unit of a quantity, as a key has it and as a header has it.
@@ -74,7 +85,7 @@ impl Columns {
         let length = self.length;
         let _ = write!(
             header,
-            ",centre_x [{length}],centre_y [{length}],sum [{value}],contacts"
+            ",centre_x [{length}],centre_y [{length}],sum [{value}],total_certainty,total_reason,zero_known,contacts"
         );
         for name in &self.channels {
             let name = name.replace(['"', ',', '\n', '\r'], " ");
@@ -143,6 +154,20 @@ impl FrameMessage<'_> {
             .map(|value| f32::from_le_bytes(*value))
     }
 
+    fn zero_known(&self) -> bool {
+        self.u32(192) & 32 == 0
+    }
+
+    /// Adds what the total says, and whether there is a zero.
+    fn push_certainty(&self, out: &mut String) {
+        let [total, reason] = self.bytes(212);
+        out.push_str(",\"total_certainty\":");
+        push_name(out, certainty(total));
+        out.push_str(",\"total_reason\":");
+        push_name(out, state(reason));
+        let _ = write!(out, ",\"zero_known\":{}", self.zero_known());
+    }
+
     fn arrival(&self) -> Option<u64> {
         Some(self.u64(200)).filter(|host_ns| *host_ns != u64::MAX)
     }
@@ -198,6 +223,7 @@ impl FrameMessage<'_> {
         field(out, format_args!("centre_x_{length}"), self.f64(136));
         field(out, format_args!("centre_y_{length}"), self.f64(144));
         field(out, format_args!("sum_{value}"), self.f64(176));
+        self.push_certainty(out);
         out.push_str(",\"contacts\":[");
         for contact in 0..self.u16(6) {
             let at = HEADER + CONTACT * contact;
@@ -214,6 +240,9 @@ impl FrameMessage<'_> {
                     self.f64(force_at),
                 );
             }
+            let name = certainty(self.f64(at + 152) as u8);
+            out.push_str(",\"certainty\":");
+            push_name(out, name);
             out.push('}');
         }
         let (readings, values) = self.arrays();
@@ -240,7 +269,14 @@ impl FrameMessage<'_> {
         for value in totals {
             number.field(out, value);
         }
-        let _ = write!(out, ",{}", self.u16(6));
+        let [total, reason] = self.bytes(212);
+        let [total, reason] = [certainty(total), state(reason)].map(Option::unwrap_or_default);
+        let _ = write!(
+            out,
+            ",{total},{reason},{},{}",
+            self.zero_known(),
+            self.u16(6)
+        );
         let (readings, values) = self.arrays();
         for value in readings.chain(values) {
             number.field(out, value);
@@ -262,6 +298,14 @@ impl FrameMessage<'_> {
             self.floats(at, channels),
             self.floats(at + 4 * channels, components * taxels),
         )
+    }
+}
+
+/// Adds a name of ours, which needs no escape, as JSON.
+fn push_name(out: &mut String, name: Option<&str>) {
+    match name {
+        Some(name) => drop(write!(out, "\"{name}\"")),
+        None => out.push_str("null"),
     }
 }
 

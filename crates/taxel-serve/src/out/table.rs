@@ -65,7 +65,7 @@ impl TableWriter {
         for axis in ["x", "y"] {
             let _ = write!(header, ",{axis} [{length}],{axis}_deviation [{length}]");
         }
-        header.push_str(",depth [m],depth_deviation [m],contacts,state,wrong_channels\n");
+        header.push_str(",depth [m],depth_deviation [m],contacts,state,total_certainty,total_reason,zero_known,wrong_channels\n");
         let mut writer = Self {
             path,
             out: BufWriter::with_capacity(BUFFER, out),
@@ -105,7 +105,15 @@ impl TableWriter {
         for value in touch.depth.unwrap_or([f64::NAN; 2]) {
             number.field(row, value);
         }
-        let _ = write!(row, ",{},{},", touch.contacts.len(), state_of(touch).name());
+        let _ = write!(
+            row,
+            ",{},{},{},{},{},",
+            touch.contacts.len(),
+            state_of(touch).name(),
+            touch.total_certainty.name(),
+            touch.total_reason.map_or("", State::name),
+            touch.zero_known
+        );
         let channels = session.observer().health().channels().iter();
         let wrong = channels.zip(&session.meaning().channels);
         let mut parting = "";

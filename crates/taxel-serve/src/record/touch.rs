@@ -1,7 +1,9 @@
 //! What the estimator and the pump say, as messages of a recording.
 
 use taxel::estimation::{Contact, Rest, Touch, TouchSession};
-use taxel_recording::mcap::{ContactMessage, EventMessage, RestKind, RestMessage, TouchMessage};
+use taxel_recording::mcap::{
+    CertaintyMessage, ContactMessage, EventMessage, RestKind, RestMessage, TouchMessage,
+};
 
 use crate::events::EventRecord;
 
@@ -45,6 +47,16 @@ pub(crate) fn touch_message(touch: &Touch, components: usize) -> TouchMessage {
         merged: touch.merged as u32,
         history_uncertain: touch.history_uncertain,
         contacts: touch.contacts.iter().map(contact_message).collect(),
+        certainty: Some(CertaintyMessage {
+            zero_known: touch.zero_known,
+            total: touch.total_certainty as u8,
+            reason: touch.total_reason.map(|state| state as u8),
+            contacts: touch
+                .contacts
+                .iter()
+                .map(|contact| contact.certainty as u8)
+                .collect(),
+        }),
     }
 }
 
@@ -80,6 +92,7 @@ pub(crate) fn event_message(record: &EventRecord) -> EventMessage {
         symmetry: record.symmetry,
         direction: record.direction,
         score: record.score,
+        certainty: record.certainty.map(str::to_owned),
     }
 }
 

@@ -4,6 +4,7 @@ use std::any::Any;
 
 use super::ChannelFacts;
 use super::baseline::{Baseline, BaselineOptions};
+use super::certainty::Certainty;
 use super::contact::{Cell, normal_only};
 use super::holding::Holding;
 use super::reader::{Drift, Known, Meaning, Reader, Rules, Total};
@@ -398,6 +399,11 @@ impl ArrayEstimator {
         touch.sum = sum;
         touch.total = UNKNOWN;
         touch.total_covariance = [[f64::NAN; 3]; 3];
+        touch.total_certainty = if self.rules.total == Total::Counted {
+            Certainty::Exact
+        } else {
+            Certainty::Unknown
+        };
         let sound = |taxel: &TaxelTouch| matches!(taxel.state, State::Ok | State::Masked);
         let certain = match self.rules.total {
             Total::Counted => true,
@@ -408,6 +414,7 @@ impl ArrayEstimator {
         let Some([first, second]) = meaning.newtons.filter(|_| certain) else {
             return;
         };
+        touch.total_certainty = Certainty::Exact;
         if meaning.components == 3 {
             (touch.total, touch.total_covariance) = vector_total(meaning, &touch.taxels);
             return;

@@ -1,6 +1,6 @@
 //! One contact on the array: what its taxels say together.
 
-use super::State;
+use super::{Certainty, State};
 
 /// One contact region.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,8 @@ pub struct Contact {
     /// The state of a taxel that gives no more than a bound (saturated, gap
     /// closed, out of range), if there is one: the force is a least force.
     pub bound: Option<State>,
+    /// How much the force says: unknown once a taxel of the contact is uncertain.
+    pub certainty: Certainty,
     /// Number of the contact, which stays with it over frames; 0 until its track
     /// is known.
     pub id: u64,
@@ -50,6 +52,7 @@ impl Default for Contact {
             peak: f64::NEG_INFINITY,
             peak_taxel: 0,
             bound: None,
+            certainty: Certainty::Exact,
             id: 0,
             velocity: [f64::NAN; 2],
         }

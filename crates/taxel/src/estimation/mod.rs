@@ -4,6 +4,7 @@ mod array;
 mod assignment;
 mod baseline;
 mod capacitors;
+mod certainty;
 mod charge;
 mod charge_balance;
 mod contact;
@@ -43,6 +44,7 @@ mod zero_doubt;
 
 pub use array::{ArrayEstimator, Captured, FrameError};
 pub use baseline::{Baseline, BaselineOptions, Change, Why};
+pub use certainty::Certainty;
 pub use charge::{ChargeModel, ChargeOptions, ChargeReader};
 pub use contact::{Cell, Contact};
 pub use continuity::Continuity;

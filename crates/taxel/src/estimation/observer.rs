@@ -2,9 +2,9 @@
 //! from the touch of each frame, of any device.
 
 use super::{
-    ChannelFacts, ChannelReading, HealthMonitor, HealthOptions, Slip, SlipEstimator, SlipOptions,
-    State, Touch, TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents, Track, Tracker,
-    TrackerOptions,
+    Certainty, ChannelFacts, ChannelReading, HealthMonitor, HealthOptions, Slip, SlipEstimator,
+    SlipOptions, State, Touch, TouchEvent, TouchEventKind, TouchEventOptions, TouchEvents, Track,
+    Tracker, TrackerOptions,
 };
 use crate::acquisition::{Frame, Stream};
 use crate::layout::Layout;
@@ -321,5 +321,6 @@ fn event(time_ns: u64, track: Option<&Track>, slip: &Slip) -> TouchEvent {
         },
         value: slip.velocity.abs(),
         deviation: slip.deviation,
+        certainty: Certainty::Exact,
     }
 }

@@ -1,5 +1,6 @@
 //! Touch on an array in one frame, whatever the device: the result of estimation.
 
+use super::certainty::Certainty;
 use super::contact::Contact;
 use crate::layout::Wrench;
 
@@ -207,6 +208,14 @@ pub struct Touch {
     pub total: Wrench,
     /// Covariance of the total force, N²; `NaN` where it is not known.
     pub total_covariance: [[f64; 3]; 3],
+    /// How much the pressing force of the total says; where the device gives no force, how much
+    /// [`Touch::sum`] says. Shear and moment are known only of an exact one.
+    pub total_certainty: Certainty,
+    /// The state that is the reason why it is not exact, if it is that of a taxel.
+    pub total_reason: Option<State>,
+    /// False while the values are no forces yet: the device needs a rest capture that is not at
+    /// its end.
+    pub zero_known: bool,
     /// Standard deviations of the total moment, N m; `NaN` where they are not known.
     pub moment_deviation: [f64; 3],
     /// Centre of the values over all contacts on the developed surface, m, and
@@ -251,6 +260,9 @@ impl Touch {
             sum: 0.0,
             total: UNKNOWN,
             total_covariance: [[f64::NAN; 3]; 3],
+            total_certainty: Certainty::Unknown,
+            total_reason: None,
+            zero_known: true,
             moment_deviation: [f64::NAN; 3],
             centre_of_pressure: None,
             depth: None,

@@ -3,7 +3,7 @@
 use super::force_history::{Course, ForceHistory, HistoryOptions};
 use super::motion::Matrix;
 use super::tracking::MOST_TRACKS;
-use super::{Contact, Ending, State, Track, Tracker};
+use super::{Certainty, Contact, Ending, State, Track, Tracker};
 
 /// Kind of an event of a contact. The value of the event is in brackets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +82,8 @@ pub struct TouchEvent {
     pub value: f64,
     /// Standard deviation of the value; `NaN` where the noise is not known.
     pub deviation: f64,
+    /// How much the value says.
+    pub certainty: Certainty,
 }
 
 /// Options of the events.
@@ -248,6 +250,7 @@ impl TouchEvents {
             kind,
             value: value[0],
             deviation: value[1],
+            certainty: Certainty::Exact,
         });
     }
 
@@ -418,6 +421,7 @@ fn of_course(time_ns: u64, contact: u64, course: Course) -> TouchEvent {
         kind,
         value,
         deviation,
+        certainty: Certainty::Exact,
     }
 }
 

@@ -45,6 +45,21 @@ pub struct TouchMessage {
     pub history_uncertain: bool,
     /// Contacts, the strongest first.
     pub contacts: Vec<ContactMessage>,
+    /// How much the numbers say; none in a recording of a version that did not say it.
+    pub certainty: Option<CertaintyMessage>,
+}
+
+/// How much the total and the forces of the contacts say: 0 exact, 1 at least, 2 unknown.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct CertaintyMessage {
+    /// False while the values are no forces yet.
+    pub zero_known: bool,
+    /// How much the total says.
+    pub total: u8,
+    /// Code of the state of a taxel that is the reason, if one is.
+    pub reason: Option<u8>,
+    /// How much the force of each contact says.
+    pub contacts: Vec<u8>,
 }
 
 /// One contact of a frame.
@@ -78,8 +93,8 @@ pub struct ContactMessage {
 
 /// Fewest bytes of a contact.
 const LEAST_CONTACT: usize = 8 * 18;
-/// Code of no bound.
-const NO_BOUND: u8 = u8::MAX;
+/// Code of no state.
+const NO_STATE: u8 = u8::MAX;
 
 impl ContactMessage {
     fn encode(&self, fields: &mut Encoder<'_>) {
@@ -93,7 +108,7 @@ impl ContactMessage {
         fields.f64(self.torsion);
         fields.f64(self.peak);
         fields.u32(self.peak_taxel);
-        fields.u8(self.bound.unwrap_or(NO_BOUND));
+        fields.u8(self.bound.unwrap_or(NO_STATE));
         fields.f64s(self.velocity);
     }
 
@@ -109,7 +124,7 @@ impl ContactMessage {
             torsion: fields.f64()?,
             peak: fields.f64()?,
             peak_taxel: fields.u32()?,
-            bound: Some(fields.u8()?).filter(|code| *code != NO_BOUND),
+            bound: Some(fields.u8()?).filter(|code| *code != NO_STATE),
             velocity: fields.f64s()?,
         })
     }
@@ -147,6 +162,12 @@ impl Message for TouchMessage {
         for contact in &self.contacts {
             contact.encode(&mut fields);
         }
+        if let Some(certainty) = &self.certainty {
+            fields.bool(certainty.zero_known);
+            fields.u8(certainty.total);
+            fields.u8(certainty.reason.unwrap_or(NO_STATE));
+            fields.bytes(&certainty.contacts);
+        }
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
@@ -172,10 +193,19 @@ impl Message for TouchMessage {
             merged: fields.u32()?,
             history_uncertain: fields.bool()?,
             contacts: Vec::new(),
+            certainty: None,
         };
         let contacts = fields.count(LEAST_CONTACT)?;
         for _ in 0..contacts {
             touch.contacts.push(ContactMessage::decode(&mut fields)?);
+        }
+        if !fields.is_at_end() {
+            touch.certainty = Some(CertaintyMessage {
+                zero_known: fields.bool()?,
+                total: fields.u8()?,
+                reason: Some(fields.u8()?).filter(|code| *code != NO_STATE),
+                contacts: fields.bytes()?,
+            });
         }
         Some(touch)
     }
@@ -210,6 +240,9 @@ pub struct EventMessage {
     pub direction: Option<[f64; 2]>,
     /// Correlation of a slip along rows.
     pub score: Option<f64>,
+    /// How much the value says, by name; none without a value, and in a recording of a version
+    /// that did not say it.
+    pub certainty: Option<String>,
 }
 
 impl Message for EventMessage {
@@ -235,6 +268,7 @@ impl Message for EventMessage {
         fields.f64(number(self.symmetry));
         fields.f64s(self.direction.unwrap_or([f64::NAN; 2]));
         fields.f64(number(self.score));
+        fields.string(self.certainty.as_deref().unwrap_or_default());
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
@@ -255,6 +289,11 @@ impl Message for EventMessage {
             symmetry: known(fields.f64()?),
             direction: Some(fields.f64s()?).filter(|direction: &[f64; 2]| !direction[0].is_nan()),
             score: known(fields.f64()?),
+            certainty: if fields.is_at_end() {
+                None
+            } else {
+                Some(fields.string()?).filter(|name| !name.is_empty())
+            },
         })
     }
 }
