@@ -1,7 +1,7 @@
 // The channels: what is known of the last seconds of each, and a table of them, sorted and filtered.
 
 import { create, cssValue, setText } from "./dom";
-import { NONE } from "./format";
+import { decimalsFor, fixed, NONE } from "./format";
 import { History } from "./history";
 import type { Frame, Health, Hello } from "./protocol";
 import { recall, remember } from "./store";
@@ -172,10 +172,12 @@ export class ChannelTable {
       const words = quantity.words(reading);
       setText(cells.reading, words.number);
       setText(cells.unit, words.symbol);
-      // A change is as fine as the noise allows.
+      // Change and noise are in the unit of the reading, as fine as the noise allows.
       const rest = this.store.rest?.[channel] ?? null;
-      setText(cells.change, rest === null ? NONE : signed(quantity.text(reading - rest, Number.NaN, Math.max(Math.abs(reading - rest), noise))));
-      setText(cells.noise, Number.isFinite(noise) ? quantity.text(noise) : NONE);
+      const { per } = quantity.at(Math.abs(reading));
+      const decimals = noise > 0 ? decimalsFor(noise / per, 2) : decimalsFor(Math.abs(reading) / per, 4);
+      setText(cells.change, rest === null ? NONE : signed(fixed((reading - rest) / per, decimals)));
+      setText(cells.noise, Number.isFinite(noise) ? fixed(noise / per, decimals) : NONE);
       const state = this.stateOf(channel);
       setText(cells.state, state);
       line.classList.toggle("bad", state !== "ok" && state !== "masked");

@@ -7,6 +7,8 @@ import { certain, Quantity } from "./units";
 
 /** Rows of the list; older events are dropped. */
 const MOST_ROWS = 200;
+/** A clock that goes back by more than this was set back, ns. */
+const SET_BACK = 0.5e9;
 const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "mark"];
 
 export class EventList {
@@ -38,6 +40,9 @@ export class EventList {
 
   /** Takes new events, the oldest first; `missed` earlier ones are not kept any more. */
   take(events: readonly TouchEvent[], missed: number): void {
+    // The clock was set back, as by going back in a replay: what was before lies on another time axis.
+    const [newest, next] = [this.events[this.events.length - 1], events[0]];
+    if (newest !== undefined && next !== undefined && next.time_ns < newest.time_ns - SET_BACK) this.clear();
     this.events.push(...events);
     this.events.splice(0, this.events.length - MOST_ROWS);
     if (missed > 0) setText(this.hint, `${missed} earlier events are not kept.`);

@@ -1,6 +1,7 @@
 // A single taxel is no image: a gauge with its full scale, the value with its interval, and a bound as an open end.
 
 import { create, setText } from "./dom";
+import { NONE } from "./format";
 import type { Frame, Hello } from "./protocol";
 import { Scale } from "./scale";
 import type { Quantities } from "./units";
@@ -43,6 +44,8 @@ export class Gauge {
   private readonly interval = shape("path", { class: "gauge-interval" });
   private readonly needle = shape("path", { class: "gauge-needle" });
   private readonly words = create("p", { class: "gauge-words", "data-testid": "gauge-words" });
+  private readonly figure = shape("text", { x: 100, y: 96, class: "gauge-figure" });
+  private readonly unit = shape("text", { x: 100, y: 114, class: "gauge-unit" });
   private readonly image: SVGElement;
   private drawnHigh = Number.NaN;
 
@@ -51,9 +54,9 @@ export class Gauge {
     this.quantities = quantities;
     this.scale = new Scale(hello.signed && hello.components === 1 ? "symmetric" : "positive", hello.full_scale ?? 1e-18);
     this.image = shape("svg", { viewBox: "0 0 200 165", class: "gauge", role: "img", "data-testid": "gauge" });
-    this.image.append(shape("path", { class: "gauge-track", d: arc(0, 1) }), this.value, this.interval, this.needle);
+    this.image.append(shape("path", { class: "gauge-track", d: arc(0, 1) }), this.value, this.interval, this.needle, this.figure, this.unit);
     for (let step = 0; step <= STEPS; step++) {
-      const [x, y] = point(step / STEPS, RADIUS - 17);
+      const [x, y] = point(step / STEPS, RADIUS - 24);
       const text = shape("text", { x, y: y + 3, class: "gauge-mark" });
       this.marks.push(text);
       const [[x1, y1], [x2, y2]] = [point(step / STEPS, RADIUS - 8), point(step / STEPS, RADIUS - 5)];
@@ -90,7 +93,10 @@ export class Gauge {
     const state = states[frame.state[0] as number] ?? "";
     const words = known ? certain(this.quantities.value.text(value, bound ? Number.NaN : deviation, high), frame.header.totalCertainty) : "not known yet";
     const full = fullScale === null ? "" : `; full scale ${this.quantities.value.text(fullScale)}`;
+    const { number, deviation: around } = this.quantities.value.words(value, bound ? Number.NaN : deviation, high);
+    this.figure.textContent = known ? `${bound ? "≥ " : ""}${number}` : NONE;
+    this.unit.textContent = known && !bound ? `${around} ${symbol}` : symbol;
     this.image.setAttribute("aria-label", `${words}, ${state}${full}`);
-    setText(this.words, `${symbol}${full}`);
+    setText(this.words, fullScale === null ? "" : `full scale ${this.quantities.value.text(fullScale)}`);
   }
 }

@@ -10,7 +10,7 @@ const KEYS: readonly (readonly [keys: string, does: string])[] = [
   ["R", "record the run, or stop"],
   ["L", "keep the colour scale as it is, or let it follow"],
   ["D", "drawing of the device"],
-  ["1 to 6", "the tabs: channels, taxel, events, tares, condition, link"],
+  ["1 to 6", "the tabs: channels, taxel, events, tares, link, condition"],
   ["Arrows, Home, End, Page up and down", "in the image: go from taxel to taxel; Escape leaves"],
   [", and .", "in the image: turn a cylinder"],
   ["Arrows, +, \u2212, Home, End", "in the chart: pan and zoom; with shift the cursor"],

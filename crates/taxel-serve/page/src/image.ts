@@ -197,7 +197,8 @@ export function drawArea(
   context.stroke();
   context.strokeRect(scale / 2, scale / 2, width - scale, height - scale);
   const [rowPitch, columnPitch] = pitch ?? [1, 1];
-  for (const { centre, force } of contacts) {
+  for (const { centre, force, certainty } of contacts) {
+    if (certainty === "unknown") continue;
     const [x, y] = [width / 2 + (centre[0] / columnPitch / columns) * width, height / 2 - (centre[1] / rowPitch / rows) * height];
     if (!Number.isFinite(x) || !Number.isFinite(y) || !Number.isFinite(force[2])) continue;
     context.fillStyle = colourOf(map, force[2], 0, high);
@@ -273,7 +274,7 @@ export function drawContacts(
     layout.across(share(x)),
     layout.height / 2 - y * perMetreY,
   ];
-  for (const { centre, covariance, id } of contacts) {
+  for (const { centre, covariance, id, certainty } of contacts) {
     const [x, y] = place(centre);
     if (!Number.isFinite(x) || !Number.isFinite(y)) continue;
     const [xx, xy, yy] = covariance;
@@ -284,7 +285,7 @@ export function drawContacts(
       yy * perMetreY ** 2,
     ]);
     drawPlus(context, x, y, 4 * layout.scale, layout.scale);
-    if (id > 0) drawNumber(context, layout, x, y, String(id));
+    if (id > 0) drawNumber(context, layout, x, y, `${certainty === "exact" ? "" : certainty === "at_least" ? "≥ " : "? "}${id}`);
   }
   const [x, y] = place(header.centre);
   if (Number.isFinite(x) && Number.isFinite(y)) drawCentreOfPressure(context, x, y, layout.scale);

@@ -10,7 +10,7 @@ import type { PanelListener } from "./panel";
 import type { BaselineChanges, Health, Hello, TareEntry, TouchEvent } from "./protocol";
 import { type TareActions, TareList } from "./tares";
 
-const TABS = ["channels", "taxel", "events", "tares", "condition", "link"] as const;
+const TABS = ["channels", "taxel", "events", "tares", "link", "condition"] as const;
 export type Tab = (typeof TABS)[number];
 const TITLES: Record<Tab, string> = { channels: "Channels", taxel: "Taxel", events: "Events", tares: "Tares", condition: "Condition", link: "Link" };
 

@@ -295,7 +295,7 @@ function draw(): void {
   textDrawnAt = now;
   const { rows, columns } = hello;
   const device = hello;
-  views.now.show(frame, now, views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  views.now.show(frame, now, ["stale", "disconnected", "refused"].includes(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
   if (rows * columns === 1) inspect(frame, { row: 0, column: 0 });
   else if (selected === null) journal.inspector.clear();
   else inspect(frame, selected);
@@ -338,6 +338,7 @@ function updateLink(): void {
   hooks.badgeChangedAt = now;
   setText(byId("badge"), state);
   document.body.dataset["state"] = state;
+  requestDrawing(true);
   const words = linkInWords(state, Number.POSITIVE_INFINITY, hello !== null);
   setText(byId("announce-state"), words === "" ? state : `${state}: ${words}`);
   const placeholder = document.getElementById("placeholder");
@@ -409,7 +410,7 @@ byId("notice-close").addEventListener("click", () => {
   updateNotice();
 });
 
-const TAB_KEYS: readonly Tab[] = ["channels", "taxel", "events", "tares", "condition", "link"];
+const TAB_KEYS: readonly Tab[] = ["channels", "taxel", "events", "tares", "link", "condition"];
 
 document.addEventListener("keydown", (event) => {
   const target = event.target instanceof HTMLElement ? event.target : document.body;

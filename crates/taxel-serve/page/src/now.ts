@@ -3,6 +3,7 @@
 import { create, setData, setText, symbol } from "./dom";
 import { NONE, stateInWords } from "./format";
 import { named } from "./layers";
+import type { Chosen } from "./channels";
 import type { Certainty, Frame, Hello } from "./protocol";
 import { Scale } from "./scale";
 import type { Quantities, Quantity } from "./units";
@@ -25,7 +26,8 @@ interface Bar {
 }
 
 /** Words of the badge, and whether they are a warning. */
-function badgeOf(known: boolean, certainty: Certainty): [string, string] {
+function badgeOf(old: boolean, known: boolean, certainty: Certainty): [string, string] {
+  if (old) return ["old", "old"];
   if (!known) return ["no zero yet", "unknown"];
   if (certainty === "exact") return ["exact", "exact"];
   return certainty === "at_least" ? ["at least", "at_least"] : ["not known", "unknown"];
@@ -68,6 +70,8 @@ export class NowView {
     const total = create("div", { class: "total", "data-testid": "total-force" });
     total.append(create("p", { class: "total-head" }, this.label, this.badge, this.why), figure);
     this.root.append(total);
+    setText(this.badge, "no frame yet");
+    setData(this.root, "certainty", "unknown");
     setText(this.label, { force: three ? "Total force, pressing" : "Total force", sum: "Sum of values", peak: "Largest value", channels: "" }[this.subject]);
     if (this.subject === "peak") setText(this.label, `Largest ${named(hello.value.quantity).toLowerCase()}`);
     this.root.append(this.barsOf(three ? AXES : ["z"], signed));
@@ -76,8 +80,8 @@ export class NowView {
     else if (hello.wiring.kind === "shared") this.fact("Position", "centre", ["x", "y"]);
   }
 
-  /** `chosen` are the channels that are charted, with their colours. */
-  show(frame: Frame, now: number, chosen: readonly { channel: number; colour: string }[], nameOf: (taxel: number) => string): void {
+  /** `old` is true where nothing comes any more; `chosen` are the channels that are charted, with their colours. */
+  show(frame: Frame, now: number, old: boolean, chosen: readonly Chosen[], nameOf: (taxel: number) => string): void {
     if (this.subject === "channels") {
       this.showChannels(frame, chosen);
       return;
@@ -95,7 +99,7 @@ export class NowView {
     setText(this.number, certainty === "unknown" ? NONE : words.number);
     setText(this.unit, words.symbol);
     setText(this.spread, certainty === "exact" ? words.deviation : "");
-    const [text, kind] = badgeOf(header.zeroKnown, certainty);
+    const [text, kind] = badgeOf(old, header.zeroKnown, certainty);
     setText(this.badge, text);
     setData(this.root, "certainty", kind);
     const reason = header.totalReason === null ? "" : stateInWords(this.hello.states[header.totalReason] ?? "");
@@ -125,7 +129,7 @@ export class NowView {
     return [[value[peak] as number], [deviation[peak] as number], { words: nameOf(peak), certainty }];
   }
 
-  private showChannels(frame: Frame, chosen: readonly { channel: number; colour: string }[]): void {
+  private showChannels(frame: Frame, chosen: readonly Chosen[]): void {
     const { channels } = this.hello;
     if (this.list.children.length !== 2 * chosen.length || this.list.dataset["of"] !== chosen.map(({ channel }) => channel).join()) {
       this.list.dataset["of"] = chosen.map(({ channel }) => channel).join();
@@ -168,12 +172,13 @@ export class NowView {
     const sizeOf = (values: readonly number[]): number => Math.max(0, ...values.filter(Number.isFinite).map(Math.abs));
     const momentSize = sizeOf(header.moment);
     AXES.forEach((axis, at) => this.setFact(`moment ${axis}`, known ? moment.text(header.moment[at] as number, Number.NaN, momentSize) : NONE));
+    const found = header.zeroKnown && certainty !== "unknown";
     const [xx, , yy] = header.centreCovariance;
     const [rowPitch, columnPitch] = this.hello.pitch_m ?? [1, 1];
     // Positions of one sensor are in one unit, that of its size.
     const size = sizeOf([(rowPitch * this.hello.rows) / 2, (columnPitch * this.hello.columns) / 2]);
-    this.setFact("centre x", header.zeroKnown ? length.text(header.centre[0], Math.sqrt(xx), size) : NONE);
-    this.setFact("centre y", header.zeroKnown ? length.text(header.centre[1], Math.sqrt(yy), size) : NONE);
+    this.setFact("centre x", found ? length.text(header.centre[0], Math.sqrt(xx), size) : NONE);
+    this.setFact("centre y", found ? length.text(header.centre[1], Math.sqrt(yy), size) : NONE);
   }
 
   private setFact(name: string, text: string): void {
@@ -182,7 +187,7 @@ export class NowView {
   }
 
   private barsOf(axes: readonly string[], signed: boolean): HTMLElement {
-    const bars = create("div", { class: "bars", "data-testid": "bars" });
+    const bars = create("div", { class: axes.length === 1 ? "bars single" : "bars", "data-testid": "bars" });
     for (const axis of axes) {
       const bar = { fill: create("span", { class: "fill" }), spread: create("span", { class: "whisker" }), words: create("span", { class: "bar-words" }) };
       const track = create("span", { class: `track axis-${axis}${signed ? " signed" : ""}`, "aria-hidden": "true" }, bar.fill, bar.spread);

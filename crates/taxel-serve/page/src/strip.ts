@@ -48,9 +48,6 @@ export interface Axis {
 /** Round steps of time, s. */
 const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10_800];
 
-/** px */
-const KEYS_HEIGHT = 22;
-
 const KEYS = "Arrow keys move in time, with shift the cursor; plus and minus zoom; Home is the beginning, End is now.";
 
 export class Strip {
@@ -60,7 +57,6 @@ export class Strip {
   /** Told where the cursor is, as a time of the axis; null without one. */
   cursorMoved: (at: number | null) => void = () => undefined;
   private readonly plot: uPlot;
-  private readonly keys: boolean;
   private readonly scale: Scale;
   private readonly quantity: Quantity;
   private readonly resized: ResizeObserver;
@@ -68,7 +64,6 @@ export class Strip {
 
   constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number, quantity: Quantity) {
     this.quantity = quantity;
-    this.keys = keys.length > 0;
     this.scale = new Scale("range", floor);
     this.frame = create("div", {
       class: "frame",
@@ -79,7 +74,7 @@ export class Strip {
       "data-testid": "strip-chart",
     });
     this.root = create("section", { class: "panel strip", "data-testid": "strip", "aria-label": label }, heading, this.frame);
-    if (this.keys) this.frame.append(create("div", { class: "keys" }, ...keys));
+    if (keys.length > 0) heading.after(create("div", { class: "keys" }, ...keys));
     this.plot = new uPlot(this.settings(series), [[]], this.frame);
     this.plot.root.setAttribute("aria-hidden", "true");
     this.resized = new ResizeObserver(() => {
@@ -158,8 +153,7 @@ export class Strip {
     return {
       width: 300,
       height: 120,
-      // Above the lines there is room for their keys.
-      padding: [this.keys ? KEYS_HEIGHT : 8, 26, 0, 0],
+      padding: [8, 26, 0, 0],
       legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
       hooks: {
