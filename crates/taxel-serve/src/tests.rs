@@ -680,8 +680,9 @@ fn a_recording_begun_by_a_client_is_that_of_the_whole_run() {
 }
 
 /// A replay of 300 frames of the finger script, from the twin, whose clients ask for `asked` once `after`
-/// frames were estimated: device times of the frames that were sent, in their order.
-fn replayed(asked: &[(usize, ReplayCommand)]) -> Vec<u64> {
+/// frames were sent: device times of the frames that were sent until it ended, in their order, at least
+/// `least`.
+fn replayed(asked: &[(usize, ReplayCommand)], least: usize) -> Vec<u64> {
     struct Cut(TwinSource, u64);
     impl Source for Cut {
         fn stream(&self) -> &Stream {
@@ -738,7 +739,7 @@ fn replayed(asked: &[(usize, ReplayCommand)]) -> Vec<u64> {
             next = asked.next();
         }
         let ended = shared.status().replay.as_ref().is_some_and(|now| now.ended);
-        if next.is_none() && (ended && messages.is_empty()) {
+        if next.is_none() && ended && messages.is_empty() && times.len() >= least {
             break;
         }
     }
@@ -751,10 +752,10 @@ fn replayed(asked: &[(usize, ReplayCommand)]) -> Vec<u64> {
 
 #[test]
 fn a_replay_goes_back_to_a_time_and_shows_what_it_showed() {
-    let plain = replayed(&[]);
+    let plain = replayed(&[], 300);
     assert_eq!(plain.len(), 300);
     // From the end back to 4 s: what is before is estimated, and not shown.
-    let back = replayed(&[(300, ReplayCommand::Seek(4_000_000_000))]);
+    let back = replayed(&[(300, ReplayCommand::Seek(4_000_000_000))], 301);
     let from = plain
         .iter()
         .position(|time| *time >= 4_000_000_000)
@@ -765,10 +766,13 @@ fn a_replay_goes_back_to_a_time_and_shows_what_it_showed() {
 
 #[test]
 fn a_loop_begins_again_at_the_end() {
-    let looped = replayed(&[
-        (1, ReplayCommand::Loop(true)),
-        (700, ReplayCommand::Loop(false)),
-    ]);
+    let looped = replayed(
+        &[
+            (1, ReplayCommand::Loop(true)),
+            (700, ReplayCommand::Loop(false)),
+        ],
+        701,
+    );
     assert_eq!(looped.len() % 300, 0);
     assert!(
         looped.len() >= 900 && looped[300] == looped[0],

@@ -268,7 +268,8 @@ export class Panel {
 export class Thumb {
   readonly button: HTMLButtonElement;
   readonly layer: Layer;
-  private readonly canvas = create("canvas", { "aria-hidden": "true" });
+  // Without a frame it takes no room.
+  private readonly canvas = create("canvas", { "aria-hidden": "true", width: "1", height: "1" });
   private readonly aspect: number;
 
   constructor(layer: Layer, aspect: number, choose: () => void) {
