@@ -1,4 +1,4 @@
-//! History of a run: minimum, mean and maximum of each signal at three resolutions, in
+//! History of a run: first, minimum, mean, maximum and last of each signal at three resolutions, in
 //! bounded memory.
 
 mod reply;
@@ -36,59 +36,98 @@ pub(crate) struct Signal {
     pub(crate) unit: Cow<'static, str>,
 }
 
-/// Smallest, mean and largest of some values, and their number.
+/// First, smallest, mean, largest and last of some values, and their number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stats {
+    pub(crate) first: f32,
     pub(crate) minimum: f32,
     pub(crate) mean: f32,
     pub(crate) maximum: f32,
-    count: u32,
+    pub(crate) last: f32,
+    /// Twice the number of values, and one more if the smallest came before the largest.
+    order: u32,
+}
+
+impl Stats {
+    fn count(&self) -> u32 {
+        self.order / 2
+    }
+
+    /// True if the smallest value came before the largest.
+    pub(crate) fn rises(&self) -> bool {
+        self.order % 2 == 1
+    }
 }
 
 /// The same while values still come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Running {
+    first: f64,
     minimum: f64,
     sum: f64,
     maximum: f64,
+    last: f64,
     count: u32,
+    rises: bool,
 }
 
 impl Running {
     const NOTHING: Self = Self {
+        first: f64::NAN,
         minimum: f64::INFINITY,
         sum: 0.0,
         maximum: f64::NEG_INFINITY,
+        last: f64::NAN,
         count: 0,
+        rises: false,
     };
 
     /// Takes a value; one that is missing is no zero.
     fn push(&mut self, value: f64) {
         if value.is_finite() {
-            self.minimum = self.minimum.min(value);
+            self.order([value; 4], true);
             self.sum += value;
-            self.maximum = self.maximum.max(value);
             self.count += 1;
         }
     }
 
     fn join(&mut self, stats: &Stats) {
-        if stats.count > 0 {
-            self.minimum = self.minimum.min(f64::from(stats.minimum));
-            self.sum += f64::from(stats.mean) * f64::from(stats.count);
-            self.maximum = self.maximum.max(f64::from(stats.maximum));
-            self.count += stats.count;
+        if stats.count() > 0 {
+            let values = [stats.first, stats.minimum, stats.maximum, stats.last];
+            self.order(values.map(f64::from), stats.rises());
+            self.sum += f64::from(stats.mean) * f64::from(stats.count());
+            self.count += stats.count();
         }
     }
 
-    /// All three are NaN without any value.
+    /// Takes the first, smallest, largest and last of later values; whether their smallest came
+    /// before their largest.
+    fn order(&mut self, [first, minimum, maximum, last]: [f64; 4], rises: bool) {
+        if self.count == 0 {
+            self.first = first;
+        }
+        let (lower, higher) = (minimum < self.minimum, maximum > self.maximum);
+        self.rises = match (lower, higher) {
+            (true, true) => rises,
+            (true, false) => false,
+            (false, true) => true,
+            (false, false) => self.rises,
+        };
+        self.minimum = self.minimum.min(minimum);
+        self.maximum = self.maximum.max(maximum);
+        self.last = last;
+    }
+
+    /// All are NaN without any value.
     fn stats(&self) -> Stats {
         let some = |value: f64| if self.count > 0 { value } else { f64::NAN };
         Stats {
+            first: self.first as f32,
             minimum: some(self.minimum) as f32,
             mean: (self.sum / f64::from(self.count)) as f32,
             maximum: some(self.maximum) as f32,
-            count: self.count,
+            last: self.last as f32,
+            order: 2 * self.count + u32::from(self.rises),
         }
     }
 }
@@ -557,7 +596,7 @@ mod tests {
                         .filter(|value| value.is_finite())
                         .collect();
                     let stats = row.stats[slot];
-                    assert_eq!(stats.count as usize, values.len(), "seed {seed}");
+                    assert_eq!(stats.count() as usize, values.len(), "seed {seed}");
                     if values.is_empty() {
                         assert!(
                             stats.minimum.is_nan() && stats.mean.is_nan() && stats.maximum.is_nan()
@@ -567,6 +606,15 @@ mod tests {
                     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
                     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                     let mean = values.iter().sum::<f64>() / values.len() as f64;
+                    assert_eq!(
+                        [stats.first, stats.last].map(f64::from),
+                        [values[0], values[values.len() - 1]].map(|value| f64::from(value as f32))
+                    );
+                    // In which order the extremes came: the first of each.
+                    let at = |extreme: f64| values.iter().position(|value| *value == extreme);
+                    if (least as f32, most as f32) != (most as f32, least as f32) {
+                        assert_eq!(stats.rises(), at(least) < at(most), "seed {seed}");
+                    }
                     assert_eq!(stats.minimum, least as f32);
                     assert_eq!(stats.maximum, most as f32);
                     // Means are kept in single precision: an error of 6e-8 of the largest value.
@@ -634,7 +682,7 @@ mod tests {
         };
         assert!(bytes(most) <= BUDGET && bytes(most + 1) > BUDGET);
         // As `docs/live-protocol.md` says: an array of 8 x 8 is kept taxel by taxel.
-        assert_eq!(most, 118);
+        assert_eq!(most, 79);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Touch of the last frame of a run, for its report.
 
-use taxel::estimation::{Meaning, State, Touch};
+use taxel::estimation::{Certainty, ChannelState, Meaning, State, Touch};
 
 /// Touch of the last frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,16 @@ pub struct LastTouch {
     pub sum: Option<f64>,
     /// Centre of pressure, m; in cells where the pitch is not known.
     pub centre_of_pressure: Option<[f64; 2]>,
+    /// True if positions are in metres.
+    pub in_metres: bool,
+    /// How much the force says, or the sum where there is no force; and why not all.
+    pub certainty: Certainty,
+    /// The state that is the reason.
+    pub reason: Option<State>,
+    /// False while the values are no forces yet.
+    pub zero_known: bool,
+    /// Channels that give no reading that can be used, masked ones not counted.
+    pub faulty_channels: usize,
     /// Number of contact regions.
     pub contacts: usize,
     /// Number of taxels in each state.
@@ -47,6 +57,16 @@ impl LastTouch {
             moment: touch.total.moment,
             sum: meaning.adds_up().then_some(touch.sum),
             centre_of_pressure: touch.centre_of_pressure.map(|(centre, _)| centre),
+            in_metres: meaning.in_metres,
+            certainty: touch.total_certainty,
+            reason: touch.total_reason,
+            zero_known: touch.zero_known,
+            faulty_channels: touch
+                .channels
+                .states
+                .iter()
+                .filter(|state| **state == ChannelState::Faulty)
+                .count(),
             contacts: touch.contacts.len(),
             states: touch.state_counts(),
             components: meaning.components,

@@ -61,7 +61,7 @@ impl LinkSource {
     /// Follows the clock of the board.
     fn follow(&mut self, frame: &Frame) {
         let status = self.status();
-        let Some(relation) = self.clock.push(frame, status.loss_known()) else {
+        let Some(relation) = self.clock.push(frame, status.lost().is_some()) else {
             return;
         };
         status.lock().clock = Some(relation);

@@ -31,8 +31,8 @@ pub(crate) struct Health<'a> {
     /// Arrival of the frame by the steady clock, ns since the source was opened.
     pub(crate) host_ns: Option<u64>,
     pub(crate) flags: FrameFlags,
-    /// False where the wire cannot tell how many frames were lost.
-    pub(crate) loss_known: bool,
+    /// Frames lost so far; none where the wire cannot tell.
+    pub(crate) lost: Option<u64>,
 }
 
 /// More contacts than fit a u16 cannot be drawn anyway.
@@ -102,11 +102,7 @@ fn header(
     out.put_u16_le(contacts as u16);
     out.put_u64_le(touch.sequence);
     out.put_u64_le(touch.time_ns);
-    out.put_u64_le(if health.loss_known {
-        health.continuity.lost
-    } else {
-        u64::MAX
-    });
+    out.put_u64_le(health.lost.unwrap_or(u64::MAX));
     out.put_u64_le(health.continuity.late);
     out.put_u64_le(health.continuity.duplicate + health.continuity.repeated);
     let (centre, covariance) = touch
@@ -234,6 +230,7 @@ struct Hello<'a> {
     picture: &'a str,
     total_known: bool,
     force_unit: &'a str,
+    length_unit: &'a str,
     speed_unit: &'a str,
     period_s: Option<f64>,
     stale_after_s: f64,
@@ -281,6 +278,7 @@ pub(crate) fn hello(
         picture: meaning.picture.name(),
         total_known: meaning.total_known,
         force_unit: meaning.force_unit(),
+        length_unit: meaning.length_unit(),
         speed_unit: meaning.speed_unit(),
         period_s: stream.period,
         stale_after_s: stale_after,
@@ -364,7 +362,7 @@ mod tests {
             capturing: false,
             host_ns: Some(9),
             flags: FrameFlags::UNCHECKED_WIRE,
-            loss_known: true,
+            lost: Some(continuity.lost),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the pump offers to all who listen.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use bytes::Bytes;
@@ -9,6 +10,8 @@ use bytes::Bytes;
 pub(crate) struct Outgoing {
     pub(crate) arrival: Instant,
     pub(crate) bytes: Bytes,
+    /// The same as a row of the table of estimates, where an output is one.
+    pub(crate) row: Option<Arc<str>>,
 }
 
 impl Outgoing {
@@ -17,6 +20,7 @@ impl Outgoing {
         Self {
             arrival: Instant::now(),
             bytes: Bytes::new(),
+            row: None,
         }
     }
 

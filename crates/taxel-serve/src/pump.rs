@@ -8,7 +8,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use taxel::acquisition::{Frame, Stream};
+use bytes::Bytes;
+use taxel::acquisition::{Frame, FrameFlags, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
 use taxel::shown;
 use taxel_recording::mcap::{
@@ -24,7 +25,7 @@ use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
 use crate::moved_rest::MovedRest;
-use crate::out::{LineOutput, LineSummary, Lines, TableWriter, TouchTable};
+use crate::out::{LineOutput, LineSummary, Lines, Rows, TableWriter, TouchTable};
 use crate::outgoing::Outgoing;
 use crate::record::{
     RecordFolder, RecordTo, Recorder, RecordingSummary, event_message, rest_message, rest_of,
@@ -177,6 +178,8 @@ pub(crate) struct StatusNow {
     pub(crate) recording: Option<Recorder>,
     /// Of a replay that clients control.
     pub(crate) replay: Option<ReplayNow>,
+    /// The last frame of a run that has ended, or of a replay that is paused.
+    pub(crate) last_frame: Option<Bytes>,
     /// Text messages that every client gets once, and again when they change.
     pub(crate) posts: [Post; POSTS],
 }
@@ -222,6 +225,7 @@ impl Shared {
                 below_zero: None,
                 recording: None,
                 replay: None,
+                last_frame: None,
                 posts: std::array::from_fn(|_| Post {
                     text: Arc::from(""),
                     version: 0,
@@ -268,6 +272,8 @@ pub struct Summary {
     pub restarts: u64,
     /// Count of the frames.
     pub continuity: Continuity,
+    /// Frames lost; none where the wire of a link cannot tell.
+    pub lost: Option<u64>,
     /// Frames with a clipped channel.
     pub clipped_frames: u64,
     /// Frames with more contacts than a frame can have, some of them merged.
@@ -346,6 +352,8 @@ pub(crate) struct Pump {
     clock: Clock,
     saver: Option<Saver>,
     table: Option<TableWriter>,
+    /// Rows for the outputs that are tables.
+    rows: Option<Rows>,
     recorder: Option<Recorder>,
     pace: Pace,
     /// Recordings that were stopped and are being finished.
@@ -471,6 +479,8 @@ impl Pump {
             let _ = shared.link.set(link);
         }
         let outputs = outputs(&options, &session, &shared)?;
+        let are_rows = outputs.iter().any(Lines::are_rows);
+        let rows = are_rows.then(|| Rows::new(session.meaning()));
         let clock = Clock {
             speed: if source.is_live() {
                 f64::INFINITY
@@ -510,6 +520,7 @@ impl Pump {
             first: None,
             last: None,
             clock,
+            rows,
             saver,
             table,
             recorder,
@@ -542,10 +553,12 @@ impl Pump {
         self.record_rest(RestKind::Begun, By::Start, None, String::new());
         self.tare_at_start();
         let mut failure = self.frames().err();
+        self.keep_last_frame();
         if self.recorder.is_some() {
             self.record_health();
         }
         let link = self.shared.link.get().map(LinkHandle::now);
+        let lost = self.lost();
         let restarts = self.restarts();
         self.source.stop();
         let mut recording = self.recorder.take().map(|recorder| recorder.finish());
@@ -591,6 +604,7 @@ impl Pump {
         Summary {
             restarts,
             continuity: self.continuity,
+            lost,
             clipped_frames: self.clipped_frames,
             merged_frames: self.merged_frames,
             duration,
@@ -828,8 +842,13 @@ impl Pump {
         }
     }
 
-    /// Puts where the replay is where the clients' tasks find it.
-    fn tell_replay(&self) {
+    /// Puts where the replay is, and its frame while nothing comes, where the clients' tasks find them.
+    fn tell_replay(&mut self) {
+        if self.playing.as_ref().is_some_and(|playing| playing.now.paused) {
+            self.keep_last_frame();
+        } else {
+            self.shared.status().last_frame = None;
+        }
         if let Some(playing) = &self.playing {
             let mut status = self.shared.status();
             status.ended = playing.now.ended;
@@ -876,6 +895,7 @@ impl Pump {
         };
         playing.end();
         self.tell_replay();
+        self.keep_last_frame();
         while !self.shared.stopped() {
             while let Ok(command) = self.commands.try_recv() {
                 self.command(command);
@@ -930,8 +950,8 @@ impl Pump {
         let rate = self.rate(arrival);
         let tared = self.session.estimator().is_tared();
         let capturing = self.session.capturing();
-        let observed = self.session.push(&frame)?;
-        let (touch, captured) = (observed.touch, observed.captured);
+        let captured = self.session.push(&frame)?.captured;
+        let touch = self.session.estimator().touch();
         self.clipped_frames += u64::from(touch.clipped > 0);
         self.merged_frames += u64::from(touch.merged > 0);
         let health = Health {
@@ -942,15 +962,16 @@ impl Pump {
             capturing,
             host_ns: frame.host_ns,
             flags: frame.flags,
-            loss_known: self.shared.link.get().is_none_or(LinkHandle::loss_known),
+            lost: self.lost(),
         };
-        let shared = &self.shared;
+        let (shared, rows) = (&self.shared, &mut self.rows);
         let passed_over = self.playing.as_ref().is_some_and(Playing::passes_over);
         if shared.messages.receiver_count() > 0 && !passed_over {
             // An error means that the last receiver has just gone.
             let _ = shared.messages.send(Outgoing {
                 arrival,
                 bytes: message::frame(touch, self.components, &health),
+                row: rows.as_mut().map(|rows| rows.row(&self.session).into()),
             });
         }
         if shared.history().push(touch, unix_s()) {
@@ -960,7 +981,8 @@ impl Pump {
         if let Some(recorder) = recorder {
             recorder.touch(touch_message(touch, self.components));
         }
-        self.events.push(observed.events, &|event| {
+        let events = self.session.observer().events();
+        self.events.push(events, &|event| {
             shared.events().push(event);
             if let Some(recorder) = recorder {
                 recorder.event(event_message(event));
@@ -994,6 +1016,33 @@ impl Pump {
             }
             self.remark = remark;
         }
+    }
+
+    /// Frames lost so far: by the wire of a link, which alone knows what it lost; else by the numbers
+    /// of the frames. None where neither can tell.
+    fn lost(&self) -> Option<u64> {
+        let link = self.shared.link.get();
+        link.map_or(Some(self.continuity.lost), LinkHandle::lost)
+    }
+
+    /// Keeps the last frame for whoever comes after the end, or while a replay is paused.
+    fn keep_last_frame(&mut self) {
+        if self.last.is_none() {
+            return;
+        }
+        let health = Health {
+            continuity: &self.continuity,
+            rate: 0.0,
+            latency: f64::NAN,
+            tared: self.session.estimator().is_tared(),
+            capturing: self.session.capturing(),
+            host_ns: None,
+            flags: FrameFlags::default(),
+            lost: self.lost(),
+        };
+        let touch = self.session.estimator().touch();
+        let bytes = message::frame(touch, self.components, &health);
+        self.shared.status().last_frame = Some(bytes);
     }
 
     /// Times that the board began anew, as the frames or its wire tell.
@@ -1182,7 +1231,7 @@ impl Pump {
             utc_ns: 0,
             device_time_ns: self.last.as_ref().map_or(0, |last| last.time_ns),
             accepted: counts.accepted,
-            lost: counts.lost,
+            lost: self.lost().unwrap_or(counts.lost),
             late: counts.late,
             duplicate: counts.duplicate,
             repeated: counts.repeated,

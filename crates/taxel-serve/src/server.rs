@@ -298,6 +298,10 @@ async fn client(mut socket: WebSocket, site: Arc<Site>) {
         .send(Message::Text(site.hello.clone().into()))
         .await
         .is_ok();
+    let last_frame = shared.status().last_frame.clone();
+    if let Some(bytes) = last_frame {
+        alive = alive && socket.send(Message::Binary(bytes)).await.is_ok();
+    }
     while alive && !shared.stopped() {
         tokio::select! {
             message = messages.recv() => match message {

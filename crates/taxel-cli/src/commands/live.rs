@@ -17,7 +17,7 @@ use taxel_files::{COMMIT, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
-    ChannelConditions, EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance,
+    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance,
     PumpOptions, Replay, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError,
     StartTare, Summary, Survey, TwinSource, run_headless, run_with_page,
 };
@@ -786,7 +786,7 @@ pub(crate) fn report(
         let nothing_decoded = link.bytes > 0 && wire.delivered == 0;
         nothing_decoded || link.overrun > 0 || !wire.is_clean()
     });
-    let losses = summary.continuity.lost > 0
+    let losses = summary.lost.is_some_and(|lost| lost > 0)
         || summary.continuity.late > 0
         || summary.clipped_frames > 0
         || wire_losses
@@ -846,12 +846,7 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("frames", Value::from(counts.accepted));
-    let unknown = summary
-        .link
-        .as_ref()
-        .is_some_and(|link| link.wire.lost.is_none());
-    let lost = Value::from(counts.lost);
-    put("lost", if unknown { Value::Null } else { lost });
+    put("lost", summary.lost.map_or(Value::Null, Value::from));
     put("late", Value::from(counts.late));
     put("duplicate", Value::from(counts.duplicate));
     put("repeated", Value::from(counts.repeated));
@@ -894,30 +889,36 @@ fn fields(about: &Map<String, Value>, summary: &Summary) -> Map<String, Value> {
     put("events", json!(summary.events.counts));
     put("last_events", json!(summary.events.last));
     let conditions = &summary.conditions;
-    put("condition", Value::from(conditions_in_words(conditions)));
+    put("condition", Value::from(condition_in_words(summary)));
     put("wrong_channels", json!(conditions.wrong));
     put("swapped", json!(conditions.swapped));
     if let Some(last) = &summary.last {
-        fields.extend(last_fields(about, last));
+        fields.extend(last_fields(last));
     }
     fields
 }
 
 /// What the last frame says.
-fn last_fields(about: &Map<String, Value>, last: &LastTouch) -> Map<String, Value> {
+fn last_fields(last: &LastTouch) -> Map<String, Value> {
     let mut fields = Map::new();
-    // Without a pitch the positions of a map are counted in cells.
-    let in_cells = about.get("pitch_m").is_some_and(Value::is_null) && last.sum.is_some();
-    let centre_key = if in_cells {
-        "last_centre_of_pressure_cells"
-    } else {
+    // Without a pitch positions are counted in cells.
+    let centre_key = if last.in_metres {
         "last_centre_of_pressure_m"
+    } else {
+        "last_centre_of_pressure_cells"
     };
     let mut put = |key: &str, value: Value| fields.insert(key.to_owned(), value);
     put("last_sequence", Value::from(last.sequence));
     put("last_time_ns", Value::from(last.time_ns));
     put("last_force_n", numbers(&last.force));
     put("last_force_deviation_n", numbers(&last.deviation));
+    put("last_certainty", Value::from(last.certainty.name()));
+    put(
+        "last_reason",
+        last.reason
+            .map_or(Value::Null, |state| Value::from(state.name())),
+    );
+    put("last_zero_known", Value::from(last.zero_known));
     put("last_moment_n_m", numbers(&last.moment));
     put("last_sum_si", last.sum.map_or(Value::Null, number_or_null));
     put(
@@ -949,16 +950,29 @@ fn last_fields(about: &Map<String, Value>, last: &LastTouch) -> Map<String, Valu
     fields
 }
 
-fn conditions_in_words(conditions: &ChannelConditions) -> String {
+/// Condition of the channels; nothing is well of which nothing is known.
+fn condition_in_words(summary: &Summary) -> String {
+    let conditions = &summary.conditions;
+    let Some(last) = &summary.last else {
+        return "not known: no frame came".into();
+    };
     let (channels, masked) = (conditions.channels, conditions.masked_channels);
+    if last.faulty_channels > conditions.wrong_channels {
+        return format!("{} of {channels} channels faulty", last.faulty_channels);
+    }
     let found = match conditions.wrong_channels {
-        0 if masked == 0 && channels == 1 => return "the channel is well".into(),
-        0 if masked == 0 => return format!("all {channels} channels well"),
+        0 if masked == 0 && channels == 1 => "the channel is well".into(),
+        0 if masked == 0 => format!("all {channels} channels well"),
         0 => format!("{} of {channels} channels well", channels - masked),
         wrong => format!("{wrong} of {channels} channels wrong"),
     };
-    match masked {
+    let found = match masked {
         0 => found,
         masked => format!("{found}, {masked} masked"),
+    };
+    let damaged = summary.link.as_ref().map_or(0, |link| link.wire.damaged);
+    match damaged {
+        0 => found,
+        damaged => format!("{found} in what came whole; {damaged} stretches were damaged"),
     }
 }

@@ -106,6 +106,9 @@ impl Gathered {
             min: column(slot, |stats| stats.minimum),
             mean: column(slot, |stats| stats.mean),
             max: column(slot, |stats| stats.maximum),
+            first: column(slot, |stats| stats.first),
+            last: column(slot, |stats| stats.last),
+            rises: rows.iter().map(|row| row.stats[slot].rises()).collect(),
         });
         let message = HistoryMessage {
             from_ns,
@@ -226,6 +229,9 @@ struct SignalMessage<'a> {
     min: Vec<f32>,
     mean: Vec<f32>,
     max: Vec<f32>,
+    first: Vec<f32>,
+    last: Vec<f32>,
+    rises: Vec<bool>,
 }
 
 #[derive(Debug, Serialize)]

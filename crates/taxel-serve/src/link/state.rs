@@ -121,9 +121,9 @@ impl LinkHandle {
         self.lock().state
     }
 
-    /// False where the wire cannot tell how many frames were lost.
-    pub fn loss_known(&self) -> bool {
-        self.lock().wire.lost.is_some()
+    /// Frames lost so far; none where the wire cannot tell.
+    pub fn lost(&self) -> Option<u64> {
+        self.lock().wire.lost
     }
 
     /// Times that counter or clock of the board began again.

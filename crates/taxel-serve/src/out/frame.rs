@@ -2,17 +2,13 @@
 
 use std::fmt::Write as _;
 
-use taxel::estimation::{Certainty, Meaning, State, Wiring};
+use taxel::estimation::{Certainty, Meaning, State};
 
 use crate::message::{CONTACT, HEADER};
 
 /// What the columns of a line are.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
-    components: usize,
-    /// Names of the channels and of the taxels.
-    channels: Vec<String>,
-    taxels: Vec<String>,
     /// Keys of SI units: of a reading, of a value, of a contact's force, of a length.
     reading: &'static str,
     value: &'static str,
@@ -49,18 +45,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Columns {
     pub(super) fn new(meaning: &Meaning) -> Self {
-        let layout = &meaning.layout;
-        let taxel =
-            |index: usize| format!("r{}c{}", index / layout.columns, index % layout.columns);
-        let taxels = match meaning.wiring {
-            Wiring::PerTaxel(_) | Wiring::Crossing { .. } | Wiring::Shared { .. } => {
-                layout.rows * layout.columns
-            }
-        };
         Self {
-            components: meaning.components,
-            channels: meaning.channels.clone(),
-            taxels: (0..taxels).map(taxel).collect(),
             reading: unit(&meaning.reading.quantity).0,
             value: unit(&meaning.value.quantity).0,
             force: match meaning.force_unit() {
@@ -70,50 +55,6 @@ impl Columns {
             },
             length: if meaning.in_metres { "m" } else { "cells" },
         }
-    }
-
-    /// First line of a CSV table.
-    pub(super) fn header(&self) -> String {
-        let [reading, value] = [self.reading, self.value].map(shown);
-        let mut header = "sequence,time [ns],host [ns],flags,lost,link".to_owned();
-        for axis in AXES {
-            let _ = write!(header, ",force_{axis} [N]");
-        }
-        for axis in AXES {
-            let _ = write!(header, ",moment_{axis} [N m]");
-        }
-        let length = self.length;
-        let _ = write!(
-            header,
-            ",centre_x [{length}],centre_y [{length}],sum [{value}],total_certainty,total_reason,zero_known,contacts"
-        );
-        for name in &self.channels {
-            let name = name.replace(['"', ',', '\n', '\r'], " ");
-            let _ = write!(header, ",reading {name} [{reading}]");
-        }
-        for name in &self.taxels {
-            if self.components == 3 {
-                for axis in AXES {
-                    let _ = write!(header, ",value {name} {axis} [{value}]");
-                }
-            } else {
-                let _ = write!(header, ",value {name} [{value}]");
-            }
-        }
-        header.push('\n');
-        header
-    }
-}
-
-fn shown(key: &'static str) -> &'static str {
-    match key {
-        "f" => "F",
-        "v" => "V",
-        "c" => "C",
-        "n" => "N",
-        "pa" => "Pa",
-        "si" => "SI",
-        other => other,
     }
 }
 
@@ -251,37 +192,6 @@ impl FrameMessage<'_> {
         let _ = write!(out, "],\"values_{value}\":[");
         number.list(out, values);
         out.push_str("]}\n");
-    }
-
-    /// Adds the frame as a row of CSV; an unknown number is an empty field.
-    pub(super) fn csv(&self, link: &str, out: &mut String) {
-        let _ = write!(out, "{},{},", self.u64(8), self.u64(16));
-        if let Some(host_ns) = self.arrival() {
-            let _ = write!(out, "{host_ns}");
-        }
-        let _ = write!(out, ",{},", self.u32(208));
-        if let Some(lost) = self.lost() {
-            let _ = write!(out, "{lost}");
-        }
-        let _ = write!(out, ",{link}");
-        let mut number = Number::new();
-        let totals = [64, 72, 80, 112, 120, 128, 136, 144, 176].map(|at| self.f64(at));
-        for value in totals {
-            number.field(out, value);
-        }
-        let [total, reason] = self.bytes(212);
-        let [total, reason] = [certainty(total), state(reason)].map(Option::unwrap_or_default);
-        let _ = write!(
-            out,
-            ",{total},{reason},{},{}",
-            self.zero_known(),
-            self.u16(6)
-        );
-        let (readings, values) = self.arrays();
-        for value in readings.chain(values) {
-            number.field(out, value);
-        }
-        out.push('\n');
     }
 
     /// Readings of the channels, and values of the taxels.

@@ -12,6 +12,7 @@ use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 
 use super::frame::{Columns, FrameMessage};
+use super::table::Rows;
 use crate::link::LinkHandle;
 use crate::outgoing::Outgoing;
 use crate::save::{SaveError, created};
@@ -137,6 +138,7 @@ impl Lines {
             out: BufWriter::with_capacity(1 << 16, output.open(replace)?),
             format: output.format,
             columns: Columns::new(meaning),
+            header: Rows::header(meaning),
             link,
             line: String::new(),
             summary: LineSummary {
@@ -163,6 +165,11 @@ impl Lines {
             output: output.clone(),
             thread,
         })
+    }
+
+    /// True if its lines are rows of the table of estimates.
+    pub(crate) fn are_rows(&self) -> bool {
+        self.output.format == LineFormat::Csv
     }
 
     /// Waits for the last line: it is written once the pump has said that it ends.
@@ -192,6 +199,7 @@ struct Writer {
     out: BufWriter<Box<dyn Write + Send>>,
     format: LineFormat,
     columns: Columns,
+    header: String,
     link: Option<LinkHandle>,
     line: String,
     summary: LineSummary,
@@ -200,7 +208,7 @@ struct Writer {
 impl Writer {
     fn run(&mut self, mut messages: Receiver<Outgoing>) -> io::Result<()> {
         if self.format == LineFormat::Csv {
-            self.out.write_all(self.columns.header().as_bytes())?;
+            self.out.write_all(self.header.as_bytes())?;
         }
         loop {
             let next = match messages.try_recv() {
@@ -215,7 +223,7 @@ impl Writer {
             };
             match next {
                 Ok(outgoing) if outgoing.is_end() => break,
-                Ok(outgoing) => self.write(&outgoing.bytes)?,
+                Ok(outgoing) => self.write(&outgoing)?,
                 Err(RecvError::Lagged(frames)) => self.summary.dropped += frames,
                 Err(RecvError::Closed) => break,
             }
@@ -223,16 +231,17 @@ impl Writer {
         self.out.flush()
     }
 
-    fn write(&mut self, message: &[u8]) -> io::Result<()> {
-        let link = self.link.as_ref().map_or("", |link| link.state().key());
-        self.line.clear();
-        let frame = FrameMessage(message);
-        match self.format {
-            LineFormat::JsonLines => frame.json(&self.columns, link, &mut self.line),
-            LineFormat::Csv => frame.csv(link, &mut self.line),
-        }
+    fn write(&mut self, outgoing: &Outgoing) -> io::Result<()> {
         self.summary.lines += 1;
-        self.out.write_all(self.line.as_bytes())
+        match &outgoing.row {
+            Some(row) if self.format == LineFormat::Csv => self.out.write_all(row.as_bytes()),
+            _ => {
+                let link = self.link.as_ref().map_or("", |link| link.state().key());
+                self.line.clear();
+                FrameMessage(&outgoing.bytes).json(&self.columns, link, &mut self.line);
+                self.out.write_all(self.line.as_bytes())
+            }
+        }
     }
 }
 

@@ -6,5 +6,5 @@ mod table;
 
 pub(crate) use lines::Lines;
 pub use lines::{LineFormat, LineOutput, LineOutputError, LineSummary};
-pub(crate) use table::TableWriter;
 pub use table::TouchTable;
+pub(crate) use table::{Rows, TableWriter};

@@ -23,32 +23,30 @@ pub struct TouchTable {
 pub(crate) struct TableWriter {
     path: PathBuf,
     out: BufWriter<Box<dyn Write + Send>>,
+    rows: Rows,
+}
+
+/// Rows of the table.
+pub(crate) struct Rows {
     /// True for a device whose values do not add up to newtons: their sum is a column.
     summed: bool,
     row: String,
     number: Number,
 }
 
-/// Rows are written out when this much has gathered, bytes.
-const BUFFER: usize = 1 << 16;
+impl Rows {
+    pub(crate) fn new(meaning: &Meaning) -> Self {
+        Self {
+            summed: meaning.adds_up(),
+            row: String::new(),
+            number: Number::new(),
+        }
+    }
 
-impl TableWriter {
-    /// Opens the table and writes its first line; `replace` as for [`created`].
-    pub(crate) fn create(
-        table: &TouchTable,
-        replace: bool,
-        meaning: &Meaning,
-    ) -> Result<Self, SaveError> {
-        let path = table
-            .file
-            .clone()
-            .unwrap_or_else(|| "standard output".into());
-        let out: Box<dyn Write + Send> = match &table.file {
-            Some(file) => Box::new(open(file, replace)?),
-            None => Box::new(io::stdout()),
-        };
+    /// The first line.
+    pub(crate) fn header(meaning: &Meaning) -> String {
         let summed = meaning.adds_up();
-        let length = if meaning.in_metres { "m" } else { "cells" };
+        let length = meaning.length_unit();
         let mut header = String::from("sequence,time [s]");
         for quantity in ["force", "moment"] {
             for axis in ["x", "y", "z"] {
@@ -66,19 +64,11 @@ impl TableWriter {
             let _ = write!(header, ",{axis} [{length}],{axis}_deviation [{length}]");
         }
         header.push_str(",depth [m],depth_deviation [m],contacts,state,total_certainty,total_reason,zero_known,wrong_channels\n");
-        let mut writer = Self {
-            path,
-            out: BufWriter::with_capacity(BUFFER, out),
-            summed,
-            row: header,
-            number: Number::new(),
-        };
-        writer.write_row()?;
-        Ok(writer)
+        header
     }
 
-    /// Adds the frame that `session` has taken last.
-    pub(crate) fn push(&mut self, session: &TouchSession) -> Result<(), SaveError> {
+    /// The row of the frame that `session` has taken last.
+    pub(crate) fn row(&mut self, session: &TouchSession) -> &str {
         let touch = session.estimator().touch();
         self.row.clear();
         let (row, number) = (&mut self.row, &mut self.number);
@@ -123,11 +113,46 @@ impl TableWriter {
             parting = ";";
         }
         row.push('\n');
-        self.write_row()
+        row
+    }
+}
+
+/// Rows are written out when this much has gathered, bytes.
+const BUFFER: usize = 1 << 16;
+
+impl TableWriter {
+    /// Opens the table and writes its first line; `replace` as for [`created`].
+    pub(crate) fn create(
+        table: &TouchTable,
+        replace: bool,
+        meaning: &Meaning,
+    ) -> Result<Self, SaveError> {
+        let path = table
+            .file
+            .clone()
+            .unwrap_or_else(|| "standard output".into());
+        let out: Box<dyn Write + Send> = match &table.file {
+            Some(file) => Box::new(open(file, replace)?),
+            None => Box::new(io::stdout()),
+        };
+        let mut writer = Self {
+            path,
+            out: BufWriter::with_capacity(BUFFER, out),
+            rows: Rows::new(meaning),
+        };
+        writer.write(&Rows::header(meaning))?;
+        Ok(writer)
     }
 
-    fn write_row(&mut self) -> Result<(), SaveError> {
-        let written = self.out.write_all(self.row.as_bytes());
+    /// Adds the frame that `session` has taken last.
+    pub(crate) fn push(&mut self, session: &TouchSession) -> Result<(), SaveError> {
+        let row = self.rows.row(session);
+        let written = self.out.write_all(row.as_bytes());
+        written.map_err(|cause| self.failed(&cause))
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), SaveError> {
+        let written = self.out.write_all(text.as_bytes());
         written.map_err(|cause| self.failed(&cause))
     }
 

@@ -5,8 +5,9 @@ use std::any::Any;
 use super::ChannelFacts;
 use super::baseline::{Baseline, BaselineOptions};
 use super::certainty::Certainty;
-use super::contact::{Cell, normal_only};
+use super::contact::{Cell, Contact, normal_only};
 use super::holding::Holding;
+use super::judged::Judged;
 use super::reader::{Drift, Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
@@ -88,6 +89,8 @@ pub struct ArrayEstimator {
     /// Channels that read at the high end while the device was at rest.
     at_end: Vec<bool>,
     capture: Option<RestCapture>,
+    /// True until the first rest capture of a device that needs one comes to its end.
+    awaits_zero: bool,
     baseline: Option<Baseline>,
     still: StillWatch,
     holding: Holding,
@@ -139,6 +142,7 @@ impl ArrayEstimator {
             captured: vec![None; channels],
             at_end: vec![false; channels],
             capture: None,
+            awaits_zero: false,
             still: StillWatch::new(channels),
             drawn_noise: noise.clone(),
             noise,
@@ -193,13 +197,25 @@ impl ArrayEstimator {
 
     /// Begins a rest capture over the next `frames` frames.
     pub fn begin_rest_capture(&mut self, frames: usize) {
+        self.await_zero();
         self.capture = Some(RestCapture::new(self.noise.len(), frames, false));
     }
 
     /// Begins one that nobody asked for: it is refused if a taxel stands out, which may be
     /// pressed.
     pub fn begin_unasked_rest_capture(&mut self, frames: usize) {
+        self.await_zero();
         self.capture = Some(RestCapture::new(self.noise.len(), frames, true));
+    }
+
+    /// True if the device needs a rest capture, and none is in force.
+    pub fn needs_zero(&self) -> bool {
+        self.rules.rest.at_start && self.rules.rest.refused.is_none() && !self.is_tared()
+    }
+
+    /// From now on nothing is a force before a rest capture that the device needs.
+    pub fn await_zero(&mut self) {
+        self.awaits_zero = self.needs_zero();
     }
 
     /// True if a rest capture is in force.
@@ -216,6 +232,7 @@ impl ArrayEstimator {
     pub fn clear_rest(&mut self) {
         self.captured.fill(None);
         self.at_end.fill(false);
+        self.awaits_zero = false;
         self.renew();
     }
 
@@ -233,6 +250,7 @@ impl ArrayEstimator {
         if rest.captured.len() == self.captured.len() {
             self.captured.clone_from(&rest.captured);
             self.at_end.clone_from(&rest.at_end);
+            self.awaits_zero = false;
             self.renew();
         }
     }
@@ -258,6 +276,7 @@ impl ArrayEstimator {
         let elapsed = self.elapsed(frame.time_ns);
         self.touch.sequence = frame.sequence;
         self.touch.time_ns = frame.time_ns;
+        self.touch.zero_known = !self.awaits_zero;
         self.take_readings(&frame.values, elapsed.unwrap_or(0.0));
         let known = Known {
             elapsed,
@@ -270,9 +289,13 @@ impl ArrayEstimator {
         self.sum_up();
         self.find_contacts(elapsed.unwrap_or(0.0));
         self.find_below_zero();
+        self.judge();
         // A frame that ends a rest capture was read with the rest before it.
         if !matches!(captured, Some(Ok(()))) {
             self.follow_drift();
+        }
+        if !self.touch.zero_known {
+            self.touch.say_nothing();
         }
         Ok((&self.touch, captured))
     }
@@ -326,6 +349,7 @@ impl ArrayEstimator {
         let found = capture.finish(&mut self.captured, &self.noise, rules, &&*self.reader);
         Some(found.map(|at_end| {
             self.at_end = at_end;
+            self.awaits_zero = false;
             self.renew();
         }))
     }
@@ -370,6 +394,11 @@ impl ArrayEstimator {
             *noise = captured.map_or(*drawn, |[_, noise]| noise);
         }
         self.reader.set_rest(&rest, &self.noise);
+        // Of a taxel without a value the new rest says that nothing is on it.
+        let taxels = self.touch.taxels.iter().zip(&mut self.touch.regions);
+        for (_, region) in taxels.filter(|(taxel, _)| !taxel.counted) {
+            *region = None;
+        }
         self.take_rest();
     }
 
@@ -388,7 +417,9 @@ impl ArrayEstimator {
         let touch = &mut self.touch;
         touch.left_out = 0;
         for taxel in &mut touch.taxels {
-            taxel.counted = !taxel.pressed().is_nan() && counted[taxel.state as usize];
+            // A bound counts on any device: a press beyond the range is a contact all the more.
+            let counts = counted[taxel.state as usize] || taxel.state.is_bound();
+            taxel.counted = counts && !taxel.pressed().is_nan();
             touch.left_out += usize::from(!taxel.counted);
         }
         let meaning = self.reader.meaning();
@@ -399,22 +430,10 @@ impl ArrayEstimator {
         touch.sum = sum;
         touch.total = UNKNOWN;
         touch.total_covariance = [[f64::NAN; 3]; 3];
-        touch.total_certainty = if self.rules.total == Total::Counted {
-            Certainty::Exact
-        } else {
-            Certainty::Unknown
-        };
-        let sound = |taxel: &TaxelTouch| matches!(taxel.state, State::Ok | State::Masked);
-        let certain = match self.rules.total {
-            Total::Counted => true,
-            Total::Certain => touch.taxels.iter().all(sound),
-            Total::Unknown => false,
-        };
-        let certain = certain && touch.left_out < touch.taxels.len();
-        let Some([first, second]) = meaning.newtons.filter(|_| certain) else {
+        let adds_up = self.rules.total != Total::Unknown;
+        let Some([first, second]) = meaning.newtons.filter(|_| adds_up) else {
             return;
         };
-        touch.total_certainty = Certainty::Exact;
         if meaning.components == 3 {
             (touch.total, touch.total_covariance) = vector_total(meaning, &touch.taxels);
             return;
@@ -425,11 +444,59 @@ impl ArrayEstimator {
         touch.total_covariance[2][2] = deviation * deviation;
     }
 
+    /// How much the total and the contacts say; what they do not say is taken back.
+    fn judge(&mut self) {
+        let touch = &mut self.touch;
+        let meaning = self.reader.meaning();
+        let pulls = meaning.pulls();
+        for contact in &mut touch.contacts {
+            contact.say_no_more(meaning.components, pulls);
+        }
+        let unknown = |contact: &&Contact| contact.certainty == Certainty::Unknown;
+        let held = touch.contacts.iter().find(unknown);
+        let mut judged = Judged::default();
+        if let Some(held) = held {
+            judged.limit(Certainty::Unknown, held.bound.unwrap_or(State::Unchecked));
+            touch.centre_of_pressure = None;
+        }
+        match self.rules.total {
+            Total::Counted | Total::Certain => {
+                // A reading that several taxels share leaves nothing certain once one is not.
+                let all = self.rules.total == Total::Certain;
+                for (index, taxel) in touch.taxels.iter().enumerate() {
+                    let unknown = all && !taxel.counted && taxel.state != State::Masked;
+                    if taxel.counted || self.reader.exists(index) {
+                        judged.add(taxel, pulls || unknown);
+                    }
+                }
+                if touch.left_out == touch.taxels.len() {
+                    judged.certainty = Certainty::Unknown;
+                }
+            }
+            Total::Unknown => {
+                if touch.total.force[2].is_nan() {
+                    judged.certainty = Certainty::Unknown;
+                }
+            }
+        }
+        (touch.total_certainty, touch.total_reason) = (judged.certainty, judged.reason);
+        if judged.certainty != Certainty::Exact {
+            let force = touch.total.force[2];
+            touch.total = UNKNOWN;
+            touch.moment_deviation = [f64::NAN; 3];
+            let variance = touch.total_covariance[2][2];
+            touch.total_covariance = [[f64::NAN; 3]; 3];
+            if judged.certainty == Certainty::AtLeast {
+                touch.total.force[2] = force;
+                touch.total_covariance[2][2] = variance;
+            }
+        }
+    }
+
     /// Nothing pulls on a device that is pressed: its zero is wrong. A device that shows
     /// tension too says nothing of its zero.
     fn find_below_zero(&mut self) {
-        let meaning = self.reader.meaning();
-        if meaning.signed && meaning.components == 1 {
+        if self.reader.meaning().pulls() {
             return;
         }
         for (index, taxel) in self.touch.taxels.iter_mut().enumerate() {
@@ -453,8 +520,20 @@ impl ArrayEstimator {
         let vector = meaning.components == 3;
         let taxels = self.touch.taxels.iter().zip(&self.touch.regions);
         for (index, (cell, (taxel, region))) in self.cells.iter_mut().zip(taxels).enumerate() {
+            cell.state = taxel.state;
+            // Nobody saw a touch end on a taxel of which nothing is known any more.
+            if !taxel.counted && region.is_some() && taxel.state != State::BelowZero {
+                cell.certainty = Certainty::Unknown;
+                (cell.deviation, cell.threshold) = (cell.weight, 0.0);
+                continue;
+            }
             let value = taxel.pressed();
             cell.weight = if taxel.counted { value } else { f64::NAN };
+            cell.certainty = if taxel.state.is_bound() {
+                Certainty::AtLeast
+            } else {
+                Certainty::Exact
+            };
             cell.deviation = taxel.pressed_deviation();
             (cell.force, cell.force_covariance) = if vector {
                 (taxel.value, taxel.covariance)
@@ -462,12 +541,12 @@ impl ArrayEstimator {
                 let force = [0.0, 0.0, value * newtons];
                 (force, normal_only(cell.deviation * newtons))
             };
-            cell.state = taxel.state;
+            let noise = by_noise(&*self.reader, index, taxel);
+            cell.noise = if vector { noise } else { noise * newtons };
             cell.threshold = match self.rules.threshold {
                 // Electrodes that touch each other are touch already.
                 _ if taxel.state == State::Closed => 0.0,
                 threshold => {
-                    let noise = by_noise(&*self.reader, index, taxel);
                     let known = [cell.weight, threshold.of(noise)];
                     let touched = region.is_some();
                     self.holding.threshold(index, touched, elapsed, known)
@@ -549,7 +628,9 @@ fn empty_cell(position: [f64; 2]) -> Cell {
         threshold: f64::NAN,
         force: [f64::NAN; 3],
         force_covariance: [[f64::NAN; 3]; 3],
+        noise: f64::NAN,
         state: State::Masked,
+        certainty: Certainty::Exact,
     }
 }
 

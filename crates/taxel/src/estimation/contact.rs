@@ -19,6 +19,9 @@ pub struct Contact {
     pub force: [f64; 3],
     /// Its covariance, N².
     pub force_covariance: [[f64; 3]; 3],
+    /// Standard deviation of its pressing part by the noise of the readings alone, N: what differs
+    /// from frame to frame.
+    pub noise: f64,
     /// Moment about the normal through the centre, N m, right-handed about z.
     /// The two others vanish: the centre is that of the normal force.
     pub torsion: f64,
@@ -38,6 +41,33 @@ pub struct Contact {
     pub velocity: [f64; 2],
 }
 
+impl Contact {
+    /// Takes back what a force that is not exact does not say: of a bound the shear and the
+    /// moment, of an unknown one all. On a device that `pulls` what is missing is no bound.
+    pub(super) fn say_no_more(&mut self, components: usize, pulls: bool) {
+        if pulls
+            && self.certainty == Certainty::AtLeast
+            && self.bound.is_none_or(|state| !state.is_bound())
+        {
+            self.certainty = Certainty::Unknown;
+        }
+        if self.certainty == Certainty::Exact {
+            return;
+        }
+        if components == 3 {
+            for axis in 0..2 {
+                self.force[axis] = f64::NAN;
+                self.force_covariance[axis] = [f64::NAN; 3];
+            }
+            self.torsion = f64::NAN;
+        }
+        if self.certainty == Certainty::Unknown {
+            (self.force, self.torsion, self.peak) = ([f64::NAN; 3], f64::NAN, f64::NAN);
+            self.force_covariance = [[f64::NAN; 3]; 3];
+        }
+    }
+}
+
 impl Default for Contact {
     /// No taxel.
     fn default() -> Self {
@@ -48,6 +78,7 @@ impl Default for Contact {
             covariance: [0.0; 3],
             force: [0.0; 3],
             force_covariance: [[0.0; 3]; 3],
+            noise: f64::NAN,
             torsion: 0.0,
             peak: f64::NEG_INFINITY,
             peak_taxel: 0,
@@ -74,8 +105,13 @@ pub struct Cell {
     pub force: [f64; 3],
     /// Covariance of the force.
     pub force_covariance: [[f64; 3]; 3],
+    /// Standard deviation of its pressing part by the noise of the readings alone.
+    pub noise: f64,
     /// State of the value of the cell.
     pub state: State,
+    /// How much its force says; unknown where the cell was touched when it was last known, and the
+    /// weight is that of then.
+    pub certainty: Certainty,
 }
 
 /// Covariance of a force that is a normal force only.
@@ -98,6 +134,10 @@ pub(super) struct Gathering {
     noise: [f64; 3],
     /// Σwδδ about the centre, along x and y.
     spread: [f64; 2],
+    /// Cells whose force is known.
+    known: usize,
+    /// Variance of the pressing part by noise.
+    by_noise: f64,
 }
 
 impl Gathering {
@@ -108,6 +148,16 @@ impl Gathering {
         }
         let contact = &mut self.contact;
         contact.taxels += 1;
+        contact.certainty = contact.certainty.max(cell.certainty);
+        if cell.certainty == Certainty::Unknown {
+            contact.bound = Some(cell.state);
+            if contact.taxels == 1 {
+                contact.peak_taxel = index;
+            }
+            return;
+        }
+        self.known += 1;
+        self.by_noise += cell.noise * cell.noise;
         if cell.weight > contact.peak {
             (contact.peak, contact.peak_taxel) = (cell.weight, index);
         }
@@ -123,7 +173,7 @@ impl Gathering {
         {
             *sum += value;
         }
-        if bounds(cell.state) {
+        if cell.state.is_bound() {
             contact.bound = contact.bound.or(Some(cell.state));
         }
     }
@@ -138,7 +188,9 @@ impl Gathering {
         self.add_noise(cell.deviation * cell.deviation, [x, y]);
         self.spread[0] += cell.weight * x * x;
         self.spread[1] += cell.weight * y * y;
-        self.contact.torsion += x * cell.force[1] - y * cell.force[0];
+        if cell.certainty != Certainty::Unknown {
+            self.contact.torsion += x * cell.force[1] - y * cell.force[0];
+        }
     }
 
     /// A neighbour that is not touched may carry anything between nothing and
@@ -161,6 +213,11 @@ impl Gathering {
     /// The contact on a grid of this pitch x, y, m.
     pub(super) fn finish(&self, pitch: [f64; 2]) -> Contact {
         let mut contact = self.contact;
+        contact.noise = self.by_noise.sqrt();
+        // What is left of a contact is a bound; nothing left says nothing.
+        if contact.certainty == Certainty::Unknown && self.known > 0 {
+            contact.certainty = Certainty::AtLeast;
+        }
         contact.area = contact.taxels as f64 * pitch[0] * pitch[1];
         let square = self.weight * self.weight;
         contact.covariance = self.noise.map(|sum| sum / square);
@@ -175,11 +232,6 @@ impl Gathering {
     pub(super) fn weight(&self) -> f64 {
         self.weight
     }
-}
-
-/// True if a force in this state is no more than a bound.
-fn bounds(state: State) -> bool {
-    matches!(state, State::Saturated | State::Closed | State::OutOfRange)
 }
 
 /// Variance of a centre along one axis because cells of width `pitch` gather

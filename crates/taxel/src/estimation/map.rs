@@ -143,6 +143,10 @@ impl Reader for MapReader {
         }
     }
 
+    fn exists(&self, taxel: usize) -> bool {
+        !self.channels[taxel].masked
+    }
+
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
         for (own, rest) in self.rest.iter_mut().zip(rest) {
             *own = if rest.is_nan() { 0.0 } else { *rest };

@@ -16,6 +16,7 @@ mod health;
 mod holding;
 mod in_plane;
 mod indentation_map;
+mod judged;
 mod kernel_regression;
 mod last_positions;
 mod localisation;

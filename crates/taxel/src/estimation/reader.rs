@@ -116,6 +116,16 @@ impl Meaning {
             && self.newtons != Some([1.0; 2])
     }
 
+    /// True if the values along z show tension as well as pressing. Nothing pulls on the others.
+    pub fn pulls(&self) -> bool {
+        self.signed && self.components == 1
+    }
+
+    /// Unit of positions.
+    pub fn length_unit(&self) -> &'static str {
+        if self.in_metres { "m" } else { "cells" }
+    }
+
     /// Unit of the speeds of contacts.
     pub fn speed_unit(&self) -> &'static str {
         if self.in_metres { "m/s" } else { "cells/s" }
@@ -170,7 +180,7 @@ pub enum Division {
 pub enum Total {
     /// Over the taxels that count; those left out are counted.
     Counted,
-    /// Only while every taxel in use is certain: a reading is shared by several.
+    /// Known only while every taxel in use is: a reading is shared by several.
     Certain,
     /// None: the values do not add up.
     Unknown,
@@ -218,7 +228,7 @@ pub struct Rules {
     pub threshold: Threshold,
     /// Which touched taxels are one contact.
     pub division: Division,
-    /// States whose value is part of totals and contacts, by code.
+    /// States whose value is part of totals and contacts, by code; a bound always is.
     pub counted: [bool; State::ALL.len()],
     /// Which total there is.
     pub total: Total,
@@ -343,6 +353,11 @@ pub trait Reader: Any + Send {
     /// are not independent; none where they are.
     fn sum_variance(&self, _sum: f64) -> Option<f64> {
         None
+    }
+
+    /// False for a taxel that the device does not have: nothing presses there.
+    fn exists(&self, _taxel: usize) -> bool {
+        true
     }
 
     /// Pairs of channels of a unit, one of which has changed places.

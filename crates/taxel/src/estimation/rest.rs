@@ -17,6 +17,14 @@ pub(super) struct Running {
     count: f64,
     mean: f64,
     squares: f64,
+    last: Option<f64>,
+    /// Sum of the squared differences of readings in a row, and the least of these that is not zero.
+    jumps: f64,
+    least_jump: f64,
+    /// True once a reading was no whole number.
+    broken: bool,
+    /// Sum and number of the readings in each third of the capture.
+    thirds: [[f64; 2]; 3],
 }
 
 impl RestReadings {
@@ -32,8 +40,9 @@ impl RestReadings {
     /// Adds one frame; `NaN` for no reading. Returns whether the capture is
     /// complete.
     fn push(&mut self, values: impl IntoIterator<Item = f64>) -> bool {
+        let third = (3 * self.frames / self.wanted).min(2);
         for (running, value) in self.channels.iter_mut().zip(values) {
-            running.push(value);
+            running.push(value, third);
         }
         self.frames += 1;
         self.frames >= self.wanted
@@ -156,6 +165,11 @@ impl Rest {
 /// Scatter over noise above which a unit counts as moving. With 50 readings
 /// the ratio of a quiet channel stays below 1.4 in all but one of 10⁵ captures.
 const MOVING: f64 = 3.0;
+/// Where the noise is not known, a channel moves whose readings scatter by so many times the
+/// differences from one to the next, and drift by so much of that scatter from one third of the
+/// capture to another. A ramp drifts by 2.3 of it and a step in the last tenth by 1.0; white noise
+/// by 0.41 and a hum of three periods or more in the capture by less than 0.4.
+const DRIFTS: f64 = 0.75;
 /// Units that may move or be impossible before the capture is refused: a few
 /// broken ones must not block the others.
 const TOLERATED_SHARE: f64 = 0.1;
@@ -277,6 +291,19 @@ impl RestCapture {
         rest
     }
 
+    /// The least difference of two readings in a row that any channel shows; zero where none differs.
+    fn least_jump(&self) -> f64 {
+        let jumps = self
+            .readings
+            .channels()
+            .iter()
+            .map(|running| running.least_jump);
+        let least = jumps
+            .filter(|jump| *jump > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { 0.0 }
+    }
+
     /// Writes what the capture found into `captured`.
     ///
     /// A unit that moved or is impossible keeps its old values, unless there
@@ -308,6 +335,7 @@ impl RestCapture {
         let ends: Vec<bool> = (0..noise.len()).map(at_end).collect();
         let broken = ends.iter().filter(|at_end| **at_end).count();
         let many = broken > tolerated.max(TOLERATED_AT_END);
+        let least_jump = self.least_jump();
         for unit in 0..units {
             let channels = unit * per_unit..(unit + 1) * per_unit;
             let running = |channel: usize| &self.readings.channels()[channel];
@@ -316,7 +344,13 @@ impl RestCapture {
                 let running = running(*channel);
                 !facts.masked && running.count > 0.0 && !running.stands_still(facts)
             };
-            let ratio = |channel: usize| (channel, running(channel).deviation() / noise[channel]);
+            let ratio = |channel: usize| {
+                let step = judge.facts(channel).resolution;
+                (
+                    channel,
+                    running(channel).motion(noise[channel], step, least_jump),
+                )
+            };
             let largest = (channels.clone().filter(used).map(ratio))
                 .fold((channels.start, 0.0), |a, b| if b.1 > a.1 { b } else { a });
             if largest.1 > MOVING {
@@ -418,8 +452,18 @@ pub(super) fn measured_noise(running: &Running, promised: f64) -> f64 {
 }
 
 impl Running {
-    fn push(&mut self, value: f64) {
+    fn push(&mut self, value: f64, third: usize) {
         if value.is_finite() {
+            if let Some(last) = self.last.replace(value) {
+                let jump = (value - last).abs();
+                self.jumps += jump * jump;
+                if jump > 0.0 && (self.least_jump == 0.0 || jump < self.least_jump) {
+                    self.least_jump = jump;
+                }
+            }
+            self.broken |= value.fract() != 0.0;
+            self.thirds[third][0] += value;
+            self.thirds[third][1] += 1.0;
             self.count += 1.0;
             let before = value - self.mean;
             self.mean += before / self.count;
@@ -430,6 +474,43 @@ impl Running {
     /// Standard deviation of the readings; `NaN` for fewer than two.
     fn deviation(&self) -> f64 {
         (self.squares / (self.count - 1.0)).sqrt()
+    }
+
+    /// Scatter over noise; where that is not known, over what readings in a row differ by, if they
+    /// drift. A reading goes by a `step`, or where that is not known by `least_jump`.
+    fn motion(&self, noise: f64, step: f64, least_jump: f64) -> f64 {
+        let deviation = self.deviation();
+        if !noise.is_nan() {
+            return deviation / noise;
+        }
+        let step = match self.broken {
+            _ if step > 0.0 => step,
+            true => least_jump,
+            // Counts go by one.
+            false => 1.0,
+        };
+        if self.drift() < DRIFTS * deviation {
+            0.0
+        } else {
+            deviation / self.rough_noise(step)
+        }
+    }
+
+    /// Noise by the differences of readings in a row, which a drift hardly changes; no less than a
+    /// `step` of the readings.
+    fn rough_noise(&self, step: f64) -> f64 {
+        (0.5 * self.jumps / (self.count - 1.0)).sqrt().max(step)
+    }
+
+    /// Largest difference between the means of the thirds of the capture.
+    fn drift(&self) -> f64 {
+        let means = self.thirds.iter().filter(|[_, count]| *count > 0.0);
+        let [low, high] = means
+            .map(|[sum, count]| sum / count)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mean| {
+                [low.min(mean), high.max(mean)]
+            });
+        high - low
     }
 
     /// True if the readings were all the same although their noise must show.

@@ -133,6 +133,11 @@ impl TouchSession {
         })
     }
 
+    /// True if the device needs a rest capture, and none is in force.
+    pub fn needs_zero(&self) -> bool {
+        self.estimator.needs_zero()
+    }
+
     /// True if a rest capture is under way.
     pub fn capturing(&self) -> bool {
         self.estimator.capturing()

@@ -50,6 +50,11 @@ impl State {
         Self::BelowZero,
     ];
 
+    /// True if a value in this state is no more than a bound.
+    pub fn is_bound(self) -> bool {
+        matches!(self, Self::Saturated | Self::Closed | Self::OutOfRange)
+    }
+
     /// Name in messages and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -275,6 +280,18 @@ impl Touch {
         }
     }
 
+    /// Takes back all that adds up values which are no forces.
+    pub(super) fn say_nothing(&mut self) {
+        self.sum = f64::NAN;
+        self.total = UNKNOWN;
+        self.total_covariance = [[f64::NAN; 3]; 3];
+        self.moment_deviation = [f64::NAN; 3];
+        (self.total_certainty, self.total_reason) = (Certainty::Unknown, None);
+        (self.centre_of_pressure, self.depth) = (None, None);
+        self.contacts.clear();
+        self.regions.fill(None);
+    }
+
     /// Number of taxels in each state, in the order of the state codes.
     pub fn state_counts(&self) -> [usize; State::ALL.len()] {
         let mut counts = [0; State::ALL.len()];
@@ -290,9 +307,10 @@ impl Touch {
     }
 
     /// Pressing force on the whole array with its standard deviation, N; none
-    /// where the device does not know it.
+    /// where the device does not know it, or knows no more than a bound.
     pub fn pressing_force(&self) -> Option<[f64; 2]> {
         let force = self.total.force[2];
-        (!force.is_nan()).then(|| [force, self.total_covariance[2][2].sqrt()])
+        (self.total_certainty == Certainty::Exact && !force.is_nan())
+            .then(|| [force, self.total_covariance[2][2].sqrt()])
     }
 }

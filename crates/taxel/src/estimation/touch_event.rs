@@ -1,6 +1,6 @@
 //! Events of contacts: what began, changed and ended, and when.
 
-use super::force_history::{Course, ForceHistory, HistoryOptions};
+use super::force_history::{Course, ForceHistory, HistoryOptions, Spread};
 use super::motion::Matrix;
 use super::tracking::MOST_TRACKS;
 use super::{Certainty, Contact, Ending, State, Track, Tracker};
@@ -35,7 +35,7 @@ pub enum TouchEventKind {
         /// load that returns to where it was.
         symmetry: f64,
     },
-    /// It began to move (the speed, m/s).
+    /// It began to move (the speed over the first quarter of a second, m/s).
     Slip {
         /// Direction on the developed surface, a unit vector; of a slip along
         /// the rows, whose part across them is not known, along x.
@@ -48,6 +48,8 @@ pub enum TouchEventKind {
     Saturated,
     /// A gap or a channel has closed (the least force, N).
     Closed,
+    /// The force has passed the full scale (the least force, N).
+    Overload,
 }
 
 impl TouchEventKind {
@@ -64,6 +66,7 @@ impl TouchEventKind {
             Self::Slip { .. } => "slip",
             Self::Saturated => "saturated",
             Self::Closed => "closed",
+            Self::Overload => "overload",
         }
     }
 }
@@ -124,6 +127,9 @@ pub struct TouchEvents {
     /// Contacts that lifted off and may come back.
     left: Vec<Left>,
     events: Vec<TouchEvent>,
+    last_ns: Option<u64>,
+    /// True if frames are missing before this one: what was meanwhile is not known.
+    paused: bool,
 }
 
 /// Memory of a track.
@@ -132,11 +138,24 @@ struct Watched {
     id: u64,
     history: ForceHistory,
     force: [f64; 2],
+    certainty: Certainty,
+    spread: Spread,
+    /// When the force was no more than a bound last, ns.
+    bounded_ns: Option<u64>,
     anchor: Option<Anchor>,
     /// Movement that the last anchor showed.
     drag: Option<Moved>,
     slips: bool,
+    /// A slip that has begun, and whose speed is not measured yet.
+    begun: Option<Begun>,
     bound: Option<State>,
+}
+
+/// Where a contact was when it began to move, and half of [`DRAG_NS`] later.
+#[derive(Debug, Clone, Copy)]
+struct Begun {
+    at: Anchor,
+    middle: Option<Anchor>,
 }
 
 /// Where a contact was some time ago.
@@ -174,6 +193,8 @@ impl TouchEvents {
             watched: Vec::new(),
             left: Vec::new(),
             events: Vec::new(),
+            last_ns: None,
+            paused: false,
         }
     }
 
@@ -181,6 +202,12 @@ impl TouchEvents {
     /// and gives the events of this frame.
     pub fn push(&mut self, time_ns: u64, tracker: &Tracker, contacts: &[Contact]) -> &[TouchEvent] {
         self.events.clear();
+        let last = self.last_ns.replace(time_ns).unwrap_or(time_ns);
+        self.paused =
+            time_ns.saturating_sub(last) as f64 * 1e-9 > self.options.history.longest_pause;
+        if self.paused {
+            self.left.clear();
+        }
         let longest = self.options.history.longest_break;
         self.left
             .retain(|left| time_ns.saturating_sub(left.time_ns) as f64 * 1e-9 <= longest);
@@ -213,6 +240,7 @@ impl TouchEvents {
         self.watched.clear();
         self.left.clear();
         self.events.clear();
+        self.last_ns = None;
     }
 
     fn end(&mut self, track: &Track, ending: Ending) {
@@ -220,13 +248,16 @@ impl TouchEvents {
             return;
         };
         let mut watched = self.watched.remove(at);
-        let [force, deviation] = watched.force;
-        if ending == Ending::Released && self.options.courses {
+        let ([force, deviation], certainty) = (watched.force, watched.certainty);
+        let seen = !self.paused && !force.is_nan();
+        if ending == Ending::Released && self.options.courses && seen {
             // Gone: what came and went is an impact now.
-            let courses = watched.history.push(track.seen_ns + 1, 0.0, deviation);
-            for course in courses.into_iter().flatten() {
-                self.events.push(of_course(track.seen_ns, track.id, course));
-            }
+            let courses = watched.history.push(track.seen_ns + 1, 0.0, watched.spread);
+            let bounded = watched.is_bounded(track.seen_ns, &self.options);
+            let events = courses.into_iter().flatten();
+            self.events.extend(
+                events.filter_map(|course| of_course(track.seen_ns, track.id, course, bounded)),
+            );
             if self.left.len() == MOST_TRACKS {
                 self.left.remove(0);
             }
@@ -240,17 +271,24 @@ impl TouchEvents {
             Ending::Released => TouchEventKind::Release,
             Ending::MergedInto(into) => TouchEventKind::Merged { into },
         };
-        self.note(track.seen_ns, track.id, kind, [force, deviation]);
+        self.note(track.seen_ns, track.id, kind, [force, deviation], certainty);
     }
 
-    fn note(&mut self, time_ns: u64, contact: u64, kind: TouchEventKind, value: [f64; 2]) {
+    fn note(
+        &mut self,
+        time_ns: u64,
+        contact: u64,
+        kind: TouchEventKind,
+        value: [f64; 2],
+        certainty: Certainty,
+    ) {
         self.events.push(TouchEvent {
             time_ns,
             contact,
             kind,
             value: value[0],
             deviation: value[1],
-            certainty: Certainty::Exact,
+            certainty,
         });
     }
 
@@ -265,62 +303,86 @@ impl TouchEvents {
                 history.resume(time_ns.saturating_sub(1));
                 history
             }
+            None if self.paused => {
+                let force = contact.force[2];
+                ForceHistory::after_pause(self.options.history, time_ns, force)
+            }
             None => ForceHistory::new(self.options.history, time_ns),
         }
     }
 
     fn observe(&mut self, time_ns: u64, track: &Track, contact: &Contact) {
         let force = [contact.force[2], contact.force_covariance[2][2].sqrt()];
+        // Of an unknown noise the shares decide.
+        let known = |deviation: f64| if deviation.is_nan() { 0.0 } else { deviation };
+        let spread = Spread {
+            whole: known(force[1]),
+            noise: known(contact.noise),
+        };
         let known = self.watched.iter().position(|one| one.id == track.id);
         let at = known.unwrap_or_else(|| {
             let kind = match track.parent {
                 Some(parent) => TouchEventKind::Split { parent },
                 None => TouchEventKind::Touch,
             };
-            self.note(time_ns, track.id, kind, force);
+            self.note(time_ns, track.id, kind, force, contact.certainty);
             let history = self.history(time_ns, contact);
             self.watched.push(Watched {
                 id: track.id,
                 history,
                 force,
+                certainty: contact.certainty,
+                spread,
+                bounded_ns: None,
                 anchor: None,
                 drag: None,
                 slips: false,
+                begun: None,
                 bound: None,
             });
             self.watched.len() - 1
         });
         let options = self.options;
         let watched = &mut self.watched[at];
-        watched.force = force;
-        // Of an unknown noise the shares decide.
-        let noise = if force[1].is_nan() { 0.0 } else { force[1] };
-        let courses = if options.courses {
-            watched.history.push(time_ns, force[0], noise)
+        (watched.force, watched.certainty, watched.spread) = (force, contact.certainty, spread);
+        if contact.certainty != Certainty::Exact {
+            watched.bounded_ns = Some(time_ns);
+        }
+        let courses = if options.courses && !force[0].is_nan() {
+            watched.history.push(time_ns, force[0], spread)
         } else {
             [None; 2]
         };
-        let slip = watched.slip(time_ns, track, &options);
+        let slip = watched.slip(time_ns, track, contact, &options);
         let bound = watched.bound(contact, &options);
-        for course in courses.into_iter().flatten() {
-            self.events.push(of_course(time_ns, track.id, course));
-        }
+        let bounded = watched.is_bounded(time_ns, &options);
+        let events = courses.into_iter().flatten();
+        self.events
+            .extend(events.filter_map(|course| of_course(time_ns, track.id, course, bounded)));
         if let Some((kind, value)) = slip {
-            self.note(time_ns, track.id, kind, value);
+            self.note(time_ns, track.id, kind, value, Certainty::Exact);
         }
         if let Some(kind) = bound {
-            self.note(time_ns, track.id, kind, force);
+            self.note(time_ns, track.id, kind, force, contact.certainty);
         }
     }
 }
 
 impl Watched {
-    /// True if the contact begins to move: by its velocity now, or by how far it
-    /// has come.
+    /// True if a course that is known now is of forces some of which were no more than bounds.
+    fn is_bounded(&self, time_ns: u64, options: &TouchEventOptions) -> bool {
+        let long = options.history.longest_impact.max(options.history.dwell);
+        let since = |bounded: u64| time_ns.saturating_sub(bounded) as f64 * 1e-9 <= long;
+        self.bounded_ns.is_some_and(since)
+    }
+
+    /// The slip of a contact that has begun to move, which shows in its velocity now, or in how far it
+    /// has come; its speed is that of the quarter of a second after.
     fn slip(
         &mut self,
         time_ns: u64,
         track: &Track,
+        contact: &Contact,
         options: &TouchEventOptions,
     ) -> Option<(TouchEventKind, [f64; 2])> {
         self.follow_anchor(time_ns, track);
@@ -339,12 +401,37 @@ impl Watched {
             });
         let began = found.is_some() && !self.slips;
         self.slips = found.is_some();
-        let (direction, value) = found.filter(|_| began)?;
+        let here = Anchor::of(time_ns, contact);
+        if began {
+            self.begun = Some(Begun {
+                at: here,
+                middle: None,
+            });
+            return None;
+        }
+        let begun = self.begun.as_mut()?;
+        let elapsed = time_ns.saturating_sub(begun.at.time_ns);
+        if elapsed < DRAG_NS && self.slips {
+            if elapsed >= DRAG_NS / 2 {
+                begun.middle.get_or_insert(here);
+            }
+            return None;
+        }
+        let Begun { at, middle } = self.begun.take()?;
+        let (direction, [speed, deviation]) = at.moved_to(&here)?.along()?;
+        // A speed that changes meanwhile is not known better than it changes.
+        let along =
+            |moved: Moved| moved.velocity[0] * direction[0] + moved.velocity[1] * direction[1];
+        let change = middle.and_then(|middle| {
+            let [early, late] = [at.moved_to(&middle)?, middle.moved_to(&here)?].map(along);
+            Some((late - early) / 12_f64.sqrt())
+        });
+        let deviation = deviation.hypot(change.unwrap_or(speed));
         let kind = TouchEventKind::Slip {
             direction,
             score: None,
         };
-        Some((kind, value))
+        Some((kind, [speed, deviation]))
     }
 
     fn follow_anchor(&mut self, time_ns: u64, track: &Track) {
@@ -356,16 +443,7 @@ impl Watched {
         let anchor = self.anchor.get_or_insert(here);
         let elapsed = time_ns.saturating_sub(anchor.time_ns);
         if elapsed >= DRAG_NS {
-            let seconds = elapsed as f64 * 1e-9;
-            let (from, covariance) = (anchor.position, anchor.covariance);
-            self.drag = Some(Moved {
-                velocity: std::array::from_fn(|i| (here.position[i] - from[i]) / seconds),
-                covariance: std::array::from_fn(|i| {
-                    std::array::from_fn(|j| {
-                        (here.covariance[i][j] + covariance[i][j]) / (seconds * seconds)
-                    })
-                }),
-            });
+            self.drag = anchor.moved_to(&here);
             self.anchor = Some(here);
         }
     }
@@ -379,8 +457,42 @@ impl Watched {
             State::Closed => Some(TouchEventKind::Closed),
             State::Saturated if options.saturation_is_closure => Some(TouchEventKind::Closed),
             State::Saturated => Some(TouchEventKind::Saturated),
+            State::OutOfRange if contact.certainty == Certainty::AtLeast => {
+                Some(TouchEventKind::Overload)
+            }
             _ => None,
         }
+    }
+}
+
+impl Anchor {
+    /// The position of a contact; where its noise is not known, it may be anywhere in a cell.
+    fn of(time_ns: u64, contact: &Contact) -> Self {
+        let [xx, xy, yy] = contact.covariance;
+        let cell = contact.area / contact.taxels.max(1) as f64 / 12.0;
+        let known = xx.is_finite() && xy.is_finite() && yy.is_finite();
+        Self {
+            time_ns,
+            position: contact.centre,
+            covariance: if known {
+                [[xx, xy], [xy, yy]]
+            } else {
+                [[cell, 0.0], [0.0, cell]]
+            },
+        }
+    }
+
+    /// The movement from here to a later position; none without a time between.
+    fn moved_to(&self, later: &Self) -> Option<Moved> {
+        let seconds = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
+        (seconds > 0.0).then(|| Moved {
+            velocity: std::array::from_fn(|i| (later.position[i] - self.position[i]) / seconds),
+            covariance: std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    (later.covariance[i][j] + self.covariance[i][j]) / (seconds * seconds)
+                })
+            }),
+        })
     }
 }
 
@@ -401,7 +513,14 @@ impl Moved {
     }
 }
 
-fn of_course(time_ns: u64, contact: u64, course: Course) -> TouchEvent {
+/// The event of a course of forces some of which may be bounds: a peak is then a least one, and the
+/// change from one force to another is not known.
+fn of_course(time_ns: u64, contact: u64, course: Course, bounded: bool) -> Option<TouchEvent> {
+    let certainty = match course {
+        Course::Step { .. } if bounded => return None,
+        Course::Impact { .. } if bounded => Certainty::AtLeast,
+        _ => Certainty::Exact,
+    };
     let (kind, value, deviation) = match course {
         Course::Step { change, deviation } => (TouchEventKind::Step, change, deviation),
         Course::Impact {
@@ -415,14 +534,14 @@ fn of_course(time_ns: u64, contact: u64, course: Course) -> TouchEvent {
             symmetry,
         } => (TouchEventKind::Cyclic { symmetry }, frequency, deviation),
     };
-    TouchEvent {
+    Some(TouchEvent {
         time_ns,
         contact,
         kind,
         value,
         deviation,
-        certainty: Certainty::Exact,
-    }
+        certainty,
+    })
 }
 
 #[cfg(test)]

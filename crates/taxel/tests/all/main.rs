@@ -13,6 +13,7 @@ mod extremes;
 
 mod architecture;
 mod cells;
+mod certainty;
 mod contacts;
 mod documents;
 mod drift;

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use proptest::prelude::*;
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Stream, Twin};
 use taxel::estimation::{
-    ChannelState, Condition, FrameError, ObserverOptions, State, Touch, TouchEventKind,
+    Certainty, ChannelState, Condition, FrameError, ObserverOptions, State, Touch, TouchEventKind,
     TouchSession,
 };
 use taxel::predict::Loads;
@@ -774,7 +774,9 @@ fn measured_forces_take_a_tare_and_state_their_bounds() {
         session.push(&frame).unwrap();
     }
     let touch = session.estimator().touch();
-    let [total, deviation] = touch.pressing_force().unwrap();
+    let (total, deviation) = (touch.total.force[2], touch.total_deviation()[2]);
+    assert_eq!(touch.total_certainty, Certainty::AtLeast);
+    assert!(touch.total.force[0].is_nan());
     let taxel = &touch.taxels[1];
     assert_eq!(taxel.state, State::Saturated);
     // The end of the range less the zero.

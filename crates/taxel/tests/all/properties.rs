@@ -4,8 +4,8 @@
 use proptest::prelude::*;
 use taxel::acquisition::{Frame, Quantity, Stimulus};
 use taxel::estimation::{
-    ArrayEstimator, ChannelState, Outcome, SearchOptions, State, ThreeAxisOptions, ThreeAxisReader,
-    estimate_unit,
+    ArrayEstimator, Certainty, ChannelState, Outcome, SearchOptions, State, ThreeAxisOptions,
+    ThreeAxisReader, estimate_unit,
 };
 use taxel::mechanics::{Relaxation, RelaxationTerm};
 use taxel::sensor::Sensor;
@@ -339,6 +339,7 @@ proptest! {
         prop_assert_eq!(touch.taxels[0].state, State::Inconsistent, "{:?}", touch.taxels[0]);
         prop_assert!(!touch.channels.states.contains(&ChannelState::Closed));
         prop_assert_eq!(touch.left_out, 1);
+        prop_assert_eq!(touch.total_certainty, Certainty::AtLeast);
         prop_assert!(touch.total.force[2].abs() < 1e-9);
         prop_assert!(touch.contacts.is_empty());
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimation::Certainty;
 use crate::estimation::State;
 use crate::estimation::contact::normal_only;
 
@@ -10,6 +11,8 @@ fn cell(columns: usize, index: usize, weight: f64, deviation: f64, threshold: f6
         threshold,
         force: [0.0, 0.0, weight],
         force_covariance: normal_only(deviation),
+        certainty: Certainty::Exact,
+        noise: 1e-3,
         state: State::Ok,
     }
 }

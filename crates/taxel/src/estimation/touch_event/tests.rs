@@ -12,6 +12,8 @@ fn contact(x: f64, force: f64, state: State) -> Contact {
         force: [0.0, 0.0, force],
         force_covariance: normal_only(1e-3),
         state,
+        certainty: Certainty::Exact,
+        noise: 1e-3,
     };
     gathering.add(0, &cell);
     gathering.settle();

@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimation::Certainty;
 use crate::estimation::Division;
 use crate::estimation::State;
 use crate::estimation::contact::{Cell, normal_only};
@@ -43,6 +44,8 @@ impl Bench {
                 threshold: 0.05,
                 force: [0.0, 0.0, weight],
                 force_covariance: normal_only(1e-3),
+                certainty: Certainty::Exact,
+                noise: 1e-3,
                 state: State::Ok,
             }
         };
