@@ -96,7 +96,7 @@ impl From<Format> for taxel::table::Format {
 }
 
 /// Whether existing files are replaced.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Overwrite {
     /// Replace output files that exist
     #[arg(long)]
@@ -481,7 +481,7 @@ impl From<MechanicsName> for taxel::mechanics::Mechanics {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Live {
     /// Sensor file, or the name of a shipped one [default: three-axis-8x8]; a recording that
     /// describes itself needs none
@@ -537,6 +537,10 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+    /// Show the address as a QR code on the standard error; without it only where that is a terminal
+    /// and other machines reach the page
+    #[arg(long)]
+    pub(crate) qr: bool,
     /// The estimates of every frame as a table, for `taxel estimate`
     #[arg(skip)]
     pub(crate) table: Option<TouchTable>,
@@ -588,7 +592,7 @@ pub(crate) struct Estimate {
 }
 
 /// The recording of the whole run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct RecordOptions {
     /// Record all of the run to this file (.mcap): frames, touch, events, tares and the files
     /// it was made with; whatever ends the program, no more than the last 100 ms are lost
@@ -598,6 +602,9 @@ pub(crate) struct RecordOptions {
     /// the measurement goes on
     #[arg(long)]
     pub(crate) record_or_stop: bool,
+    /// Folder of the recordings that are begun on the page
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    pub(crate) record_folder: PathBuf,
 }
 
 impl RecordOptions {
@@ -668,7 +675,7 @@ pub(crate) enum DeviceFormat {
 }
 
 /// A board and its link.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Hardware {
     /// Board file (TOML), or the name of a shipped one: what the bytes of the link mean
     #[arg(long, value_name = "BOARD")]
@@ -679,7 +686,7 @@ pub(crate) struct Hardware {
 }
 
 /// What goes to other programs while it runs, and what comes in.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Outputs {
     /// A line for each frame to other programs: jsonl or csv on the standard output, or
     /// jsonl:FILE, csv:FILE; may be repeated

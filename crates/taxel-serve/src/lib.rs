@@ -40,6 +40,7 @@ mod out;
 mod outgoing;
 mod pump;
 mod record;
+mod replay;
 mod reserved;
 mod save;
 mod server;
@@ -63,7 +64,10 @@ pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
 pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary, TouchTable};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
-pub use record::{RecordFile, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails};
+pub use record::{
+    RecordFile, RecordFolder, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails,
+};
+pub use replay::{Reopen, Replay, ReplayCommand};
 pub use save::SaveError;
 pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
 pub use tare::{BelowZero, By};
@@ -113,6 +117,8 @@ pub struct Session {
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
+    /// A recording whose replay clients may control; `None` for other sources.
+    pub replay: Option<Replay>,
 }
 
 /// Where marks come from beside the clients.
@@ -180,6 +186,16 @@ pub fn run_with_page(
     session.marks.listen(&sender);
     let shared = Shared::new();
     let ends = session.options.frames.is_some();
+    // What is written is one pass of the source, from its beginning to its end.
+    let replay = session
+        .replay
+        .filter(|_| !session.options.is_bounded() && !session.options.writes());
+    let records_to = session
+        .options
+        .record_folder
+        .as_ref()
+        .filter(|_| replay.is_none());
+    let records_to = records_to.map(|folder| folder.folder.to_string_lossy().into_owned());
     let provenance = session.provenance;
     runtime()?.block_on(async {
         let listen = |cause| ServeError::Listen { address, cause };
@@ -187,13 +203,16 @@ pub fn run_with_page(
             .await
             .map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
-        let pump = Pump::new(
+        let mut pump = Pump::new(
             session.source,
             session.touch,
             session.options,
             Arc::clone(&shared),
             commands,
         )?;
+        if let Some(replay) = replay {
+            pump.control(replay);
+        }
         *shared.history() = History::new(pump.session().meaning());
         let stale_after = stale_after(pump.stream());
         let token = random_token()?;
@@ -209,6 +228,7 @@ pub fn run_with_page(
             token: token.clone(),
             address: address.ip(),
             stale_after,
+            records_to,
             shared: Arc::clone(&shared),
             commands: sender,
         });

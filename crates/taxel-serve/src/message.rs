@@ -9,6 +9,8 @@ use taxel::estimation::{
 use taxel::layout::Mount;
 
 use crate::link::LinkStatus;
+use crate::record::RecordingNow;
+use crate::replay::ReplayNow;
 use crate::tare::BelowZero;
 
 /// The bytes `TXL5`.
@@ -322,6 +324,9 @@ pub(crate) struct Status<'a> {
     pub(crate) message: &'a str,
     pub(crate) below_zero: Option<&'a BelowZero>,
     pub(crate) link: Option<LinkStatus>,
+    pub(crate) recording: Option<RecordingNow>,
+    pub(crate) records_to: Option<&'a str>,
+    pub(crate) replay: Option<&'a ReplayNow>,
 }
 
 #[cfg(test)]

@@ -24,6 +24,8 @@ use crate::link::LinkHandle;
 use crate::marks::LONGEST_MARK;
 use crate::message::{Provenance, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
+use crate::record::Recorder;
+use crate::replay::ReplayCommand;
 use crate::tare::By;
 
 const INDEX: &str = include_str!("../page/dist/index.html");
@@ -52,6 +54,8 @@ pub(crate) struct Site {
     pub(crate) drawing: String,
     pub(crate) provenance: Provenance,
     pub(crate) stale_after: f64,
+    /// Folder of recordings that clients begin; `None` where they may not.
+    pub(crate) records_to: Option<String>,
     pub(crate) shared: Arc<Shared>,
     pub(crate) commands: mpsc::SyncSender<Command>,
 }
@@ -76,6 +80,23 @@ enum Request {
     },
     Mark {
         text: String,
+    },
+    StartRecording {
+        name: String,
+    },
+    StopRecording {},
+    Pause {
+        on: bool,
+    },
+    Step {},
+    Seek {
+        time_ns: u64,
+    },
+    Speed {
+        speed: f64,
+    },
+    Loop {
+        on: bool,
     },
 }
 
@@ -335,6 +356,13 @@ fn obey(site: &Site, text: &str) {
             Request::Mark { text } => Command::Mark {
                 text: text.chars().take(LONGEST_MARK).collect(),
             },
+            Request::StartRecording { name } => Command::StartRecording { name },
+            Request::StopRecording {} => Command::StopRecording,
+            Request::Pause { on } => Command::Replay(ReplayCommand::Pause(on)),
+            Request::Step {} => Command::Replay(ReplayCommand::Step),
+            Request::Seek { time_ns } => Command::Replay(ReplayCommand::Seek(time_ns)),
+            Request::Speed { speed } => Command::Replay(ReplayCommand::Speed(speed)),
+            Request::Loop { on } => Command::Replay(ReplayCommand::Loop(on)),
         });
     }
 }
@@ -344,7 +372,8 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
         .saturating_duration_since(now.last_arrival)
         .as_secs_f64();
     let status = Status {
-        stale: age_s > site.stale_after,
+        // Someone who pauses a replay knows why nothing comes.
+        stale: age_s > site.stale_after && now.replay.as_ref().is_none_or(|replay| !replay.paused),
         age_s,
         ended: now.ended,
         clients: site.shared.clients.load(Ordering::Relaxed),
@@ -354,6 +383,9 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
         message: &now.notice,
         below_zero: now.below_zero.as_ref(),
         link: site.shared.link.get().map(LinkHandle::now),
+        recording: now.recording.as_ref().and_then(Recorder::now),
+        records_to: site.records_to.as_deref(),
+        replay: now.replay.as_ref(),
     };
     serde_json::to_string(&status).unwrap_or_default()
 }

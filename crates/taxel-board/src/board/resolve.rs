@@ -67,6 +67,19 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         let help = format!("the board has: {}", shortened(&names));
         broken(&[&"wiring"], message, help)
     })?;
+    let channels = if wired.is_empty() {
+        values.len()
+    } else {
+        wired.len()
+    };
+    let grid = file.layout.map(|grid| [grid.rows, grid.columns]);
+    if let Some([rows, columns]) = grid
+        && rows.checked_mul(columns) != Some(channels)
+    {
+        let message = format!("{rows} x {columns} is not the number of channels, {channels}");
+        let help = "rows times columns must be the number of channels, such as layout = { rows = 12, columns = 32 }";
+        return Err(broken(&[&"layout"], message, help));
+    }
     if let (Some(rate), Some(serial)) = (file.rate, &file.link.serial)
         && !serial.native_usb
     {
@@ -78,6 +91,7 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
             format: format.clone(),
             values: values.clone(),
             wired: Vec::new(),
+            grid: None,
             step_limit: None,
         };
         let carried = f64::from(serial.baud) / 10.0;
@@ -101,6 +115,7 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         format,
         values,
         wired,
+        grid,
         step_limit: file.packet.step_limit,
     })
 }

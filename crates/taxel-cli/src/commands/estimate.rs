@@ -40,6 +40,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         recording: RecordOptions {
             record: None,
             record_or_stop: false,
+            record_folder: ".".into(),
         },
         outputs: Outputs {
             out: Vec::new(),
@@ -48,6 +49,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         salvage: arguments.salvage,
         host: IpAddr::V4(Ipv4Addr::LOCALHOST),
         port: 0,
+        qr: false,
         table: Some(TouchTable { file }),
         overwrite: Overwrite {
             force: arguments.overwrite.existing() == outputs::Existing::Replaced,

@@ -3,7 +3,7 @@
 import { fixed } from "./format";
 import type { Link, Status } from "./protocol";
 
-export type LinkState = "connecting" | "waiting" | "live" | "stale" | "ended" | "disconnected" | "refused";
+export type LinkState = "connecting" | "waiting" | "live" | "paused" | "stale" | "ended" | "disconnected" | "refused";
 
 /** How the WebSocket stands. */
 export type Socket = "connecting" | "open" | "disconnected" | "refused";
@@ -29,6 +29,7 @@ const MARGIN = 50;
 export function linkState({ socket, status, messageAge, frameAge, staleAfter }: Evidence): LinkState {
   if (socket !== "open") return socket;
   if (status?.ended === true) return "ended";
+  if (status?.replay?.paused === true && messageAge <= SILENCE) return "paused";
   if (status?.stale === true || messageAge > SILENCE) return "stale";
   if (frameAge === Number.POSITIVE_INFINITY) return "waiting";
   return frameAge > 1000 * staleAfter + MARGIN ? "stale" : "live";
@@ -41,6 +42,8 @@ export function linkInWords(state: LinkState, frameAge: number, hadHello: boolea
       const age = Number.isFinite(frameAge) ? ` for ${(frameAge / 1000).toFixed(1)} s` : "";
       return `no frames${age}`;
     }
+    case "paused":
+      return "the replay is paused";
     case "ended":
       return "the recording is over";
     case "disconnected":
