@@ -20,6 +20,7 @@ mod board;
 mod check;
 mod clock;
 mod hello;
+mod listen;
 mod names;
 mod papillarray;
 mod pattern;
@@ -35,6 +36,7 @@ pub use board::{
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};
 pub use hello::{HELLO_QUESTION, HelloFinder, board_file_of_hello, hello_of_channels};
+pub use listen::{Draft, LEAST as LEAST_PACKETS, draft, listen};
 pub use pattern::{BytePattern, Sent};
 pub use wire::{Begin, Counts, Decoder, Encoder};
 pub use wiring::{Mismatch, Wiring};

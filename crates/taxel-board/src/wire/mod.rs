@@ -22,5 +22,5 @@ mod times;
 pub use counts::Counts;
 pub use decoder::{Begin, Decoder};
 pub use encoder::Encoder;
-pub(crate) use stuffing::{from_cobs, to_cobs};
+pub(crate) use stuffing::{from_cobs, from_slip, to_cobs};
 pub(crate) use taxel_wire::{HEADER, HELLO, content};

@@ -42,7 +42,7 @@ pub(crate) fn to_cobs(packet: &[u8], out: &mut Vec<u8>) {
 }
 
 /// Undoes SLIP; `None` for an escape of nothing.
-pub(super) fn from_slip(stuffed: &[u8], packet: &mut Vec<u8>) -> Option<()> {
+pub(crate) fn from_slip(stuffed: &[u8], packet: &mut Vec<u8>) -> Option<()> {
     packet.clear();
     let mut bytes = stuffed.iter();
     while let Some(byte) = bytes.next() {
