@@ -65,6 +65,8 @@ pub(crate) enum Command {
     Device(Device),
     /// Serial ports that are plugged in, who may open them, and which board fits
     Devices(Devices),
+    /// Listen to a board that nobody described, and draft its board file with what speaks for it
+    Listen(Listen),
     /// Print the JSON schema of the sensor file, the study file or the stimulus script, or
     /// the reference of the sensor file
     Schema(Schema),
@@ -656,6 +658,35 @@ pub(crate) struct Device {
     pub(crate) frames: Option<u64>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Listen {
+    /// serial:PORT, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT, -, a named pipe,
+    /// exec:"PROGRAM ARGUMENTS", or a file of bytes as a board sent them
+    pub(crate) source: String,
+    /// Write the board file here instead of to the standard output (-)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Listen for so long, s
+    #[arg(long, default_value_t = 5.0, value_parser = listening)]
+    pub(crate) seconds: f64,
+    /// Speed of a serial port
+    #[arg(long, default_value_t = 115_200)]
+    pub(crate) baud: u32,
+    /// Then show the channels on the page, as taxel live --raw does
+    #[arg(long)]
+    pub(crate) live: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+/// A time to listen, s.
+fn listening(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.1..=3600.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be a number of seconds from 0.1 to 3600".into()),
+    }
 }
 
 #[derive(Debug, Args)]

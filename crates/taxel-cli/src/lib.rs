@@ -69,6 +69,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Recording(recording) => commands::recording::run(recording),
         Command::Device(device) => commands::device::run(device),
         Command::Devices(devices) => commands::devices::run(devices),
+        Command::Listen(listen) => commands::listen::run(listen),
         Command::Schema(schema) => commands::schema::run(schema),
         Command::Completions(completions) => commands::completions::run(completions),
         Command::Man(pages) => commands::completions::man(pages),
@@ -85,7 +86,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 /// Commands say that they work where nothing else says it; but for those that show or send
 /// what comes until they are ended, which say so of their beginning.
 fn working(command: &Command) -> Option<Progress> {
-    let endless = matches!(command, Command::Live(_) | Command::Device(_));
+    let endless = matches!(
+        command,
+        Command::Live(_) | Command::Device(_) | Command::Listen(_)
+    );
     (!endless).then(|| Progress::new("working"))
 }
 

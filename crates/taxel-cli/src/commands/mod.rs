@@ -8,6 +8,7 @@ pub(crate) mod devices;
 pub(crate) mod estimate;
 pub(crate) mod export;
 pub(crate) mod fabricate;
+pub(crate) mod listen;
 pub(crate) mod live;
 pub(crate) mod optimize;
 pub(crate) mod predict;

@@ -769,6 +769,62 @@ fn commands_move_what_presses() {
     assert!((force - 0.3).abs() < 0.03, "{force} N");
 }
 
+/// From a capture that nobody described to its channels, by two commands.
+#[test]
+fn a_board_is_drafted_and_read_by_its_draft() {
+    let folder = Folder::new("listen");
+    let text = "schema = 1\nname = \"glove\"\nframing.fixed = { length = 25, head = \"a5 5a\" }\npacket = { order = \"big\", fields = [{ is = \"sequence\", type = \"u8\" }, { is = \"value\", name = \"c{1..10}\", type = \"u16\" }], check = { kind = \"sum16\" } }\n";
+    let board = taxel_board::Board::parse("glove", text).unwrap();
+    let mut encoder = taxel_board::Encoder::new(&board);
+    let mut wire = Vec::new();
+    for sequence in 0..300 {
+        let values = (0..10).map(|channel| f64::from(500 + 7 * channel) + (sequence % 13) as f64);
+        let frame = taxel_recording::Frame {
+            sequence,
+            values: values.collect(),
+            ..taxel_recording::Frame::default()
+        };
+        encoder.encode(&frame, &mut wire);
+    }
+    let [capture, file, noise] =
+        ["capture.bin", "board.toml", "noise.bin"].map(|name| folder.path(name));
+    std::fs::write(&capture, &wire[11..]).unwrap();
+    let report = done(&["listen", &capture, "-o", &file]);
+    assert!(
+        report.contains("sum16 holds in all of 299 packets"),
+        "{report}"
+    );
+    assert!(
+        report.contains(&format!("--board {file} --source replay:{capture}")),
+        "{report}"
+    );
+    let source = format!("replay:{capture}");
+    let live = [
+        "live",
+        "--raw",
+        "--board",
+        &file,
+        "--source",
+        &source,
+        "--headless",
+        "--speed",
+        "max",
+    ];
+    let summary = done(&live);
+    assert!(
+        summary.contains("frames                   299"),
+        "{summary}"
+    );
+    assert!(summary.contains("channels                 10"), "{summary}");
+    // To the standard output; nothing is replaced unasked; nothing is made of noise.
+    assert!(done(&["listen", &capture]).contains("[framing.fixed]"));
+    assert!(refused(&["listen", &capture, "-o", &file]).contains("--force"));
+    std::fs::write(&noise, [7_u8, 1, 255, 3].repeat(9)).unwrap();
+    assert!(refused(&["listen", &noise]).contains("a claim needs 50 packets"));
+    assert!(refused(&["listen", &folder.path("nowhere.bin")]).contains("give a link"));
+    assert!(refused(&["listen", &capture, "--live"]).contains("-o board.toml"));
+}
+
 #[test]
 fn devices_lists_ports_or_says_that_there_are_none() {
     let list: Value = serde_json::from_str(&done(&["devices", "--format", "json"])).unwrap();
