@@ -141,15 +141,47 @@ impl Network for Lines {
     }
 
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted) {
-        let result = self.found(signals, noise, &found.values);
+        let (count, [rows, columns]) = (signals.len(), self.counts);
+        let is_there = |cell: usize| !signals[cell].is_nan();
+        let row_is_there = |i: &usize| (0..columns).any(|j| is_there(i * columns + j));
+        let column_is_there = |j: &usize| (0..rows).any(|i| is_there(i * columns + j));
+        let kept = [
+            (0..rows).filter(row_is_there).collect::<Vec<_>>(),
+            (0..columns).filter(column_is_there).collect(),
+        ];
+        let cells: Vec<usize> = kept[0]
+            .iter()
+            .flat_map(|i| kept[1].iter().map(move |j| i * columns + j))
+            .collect();
+        let network = Self {
+            counts: kept.each_ref().map(Vec::len),
+            ..*self
+        };
+        let of = |all: &[f64]| cells.iter().map(|cell| all[*cell]).collect::<Vec<_>>();
+        let result = network.found(&of(signals), &of(noise), &of(&found.values));
         found.converged = result.is_ok();
-        (found.values, found.deviations, found.spread) = result.unwrap_or_else(|_| {
-            (
-                vec![f64::NAN; signals.len()],
-                vec![f64::NAN; signals.len()],
-                Vec::new(),
-            )
-        });
+        let (values, deviations, spread) = result.unwrap_or_default();
+        let on_all = |of_kept: &[f64], missing: f64| {
+            let mut all = vec![missing; count];
+            for (cell, value) in cells.iter().zip(of_kept) {
+                all[*cell] = *value;
+            }
+            all
+        };
+        found.values = on_all(&values, f64::NAN);
+        found.deviations = on_all(&deviations, f64::NAN);
+        found.spread = vec![vec![0.0; count]; if spread.is_empty() { 0 } else { count }];
+        for (cell, row) in cells.iter().zip(&spread) {
+            found.spread[*cell] = on_all(row, 0.0);
+        }
+    }
+
+    fn lines(&self) -> Vec<Vec<usize>> {
+        let [rows, columns] = self.counts;
+        let row = |i: usize| (0..columns).map(|j| i * columns + j).collect();
+        let column = |j: usize| (0..rows).map(|i| i * columns + j).collect();
+        let all = (0..rows).map(row).chain((0..columns).map(column));
+        all.filter(|line: &Vec<usize>| line.len() > 1).collect()
     }
 
     fn joins(&self, count: usize) -> Result<(), PartError> {

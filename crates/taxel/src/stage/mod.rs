@@ -166,7 +166,7 @@ pub enum CellState {
     BelowRest,
     /// It lies beyond the end of the law: the load is at least that of the end.
     Beyond,
-    /// The same, and more than one load beyond it has this value.
+    /// Several loads have this value; the stated one is the least, or the likeliest.
     Ambiguous,
     /// The reading is at an end of its range.
     Saturated,
@@ -296,7 +296,8 @@ fn image<L: CellLaw + ?Sized>(law: &L, value: f64, deviation: f64, largest: f64)
         [false, false] => 0.5 * (ends[1] - ends[0]),
         [false, true] => load - ends[0],
         [true, false] => ends[1] - load,
-        [true, true] => f64::NAN,
+        // Any load of the law may have this value.
+        [true, true] => return CellEstimate::bound(load, CellState::Ambiguous),
     };
     CellEstimate {
         load,
@@ -360,8 +361,14 @@ pub trait Network: Stage {
     fn read(&self, values: &[f64], signals: &mut [f64]);
 
     /// The values behind `signals` with the deviations `noise`, all SI. On entry `found` has the
-    /// values to start from: those of the frame before.
+    /// values to start from: those of the frame before. The network is that without the lines
+    /// ([`Self::lines`]) all of whose signals are `NaN`, whose cells have no value.
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted);
+
+    /// Cells of each line that several share: one that breaks takes them all with it. None by default.
+    fn lines(&self) -> Vec<Vec<usize>> {
+        Vec::new()
+    }
 
     /// Quantities that need the cell's values at rest and at full load, for `taxel check`.
     fn facts_at(&self, rest: f64, pressed: f64) -> Vec<Fact> {

@@ -24,7 +24,7 @@ pub use in_plane_inverse::{ForceCurve, InPlaneInverse, Turning};
 pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneState, PublishedFit};
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use in_plane_table::DrawnTable;
-pub use line_network::{IdleLines, Inverse, Line, LineFault, LineNetwork, NetworkError, Wiring};
+pub use line_network::{IdleLines, Inverse, LineNetwork, NetworkError, Wiring};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
