@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CellQuantity, Inverted, Network, OneToOne, PartError, PartParameter, Stage};
+use super::{CellQuantity, ChainPart, Inverted, Network, OneToOne, PartError, PartParameter};
 use crate::quantity::{self, CONDUCTANCE, Checked, NonNegativeResistance, RESISTANCE};
-use crate::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
+use crate::transduction::{IdleLines, LineNetwork, LineWiring, NetworkError};
 use taxel_ground::summary::{Fact, fact, number};
 
 /// How cells are joined to channels.
@@ -98,7 +98,7 @@ pub struct Lines {
     reference: f64,
 }
 
-impl Stage for Lines {
+impl ChainPart for Lines {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         self.described.parameters(each);
     }
@@ -111,17 +111,17 @@ impl Network for Lines {
 
     fn quantity(&self, _: CellQuantity) -> CellQuantity {
         match self.network().wiring {
-            Wiring::Floating => CellQuantity {
+            LineWiring::Floating => CellQuantity {
                 name: "resistance",
                 dimension: Some(&RESISTANCE),
                 unit: ("kohm", 1e3, "ohm"),
             },
-            Wiring::Divider { .. } => CellQuantity {
+            LineWiring::Divider { .. } => CellQuantity {
                 name: "share_of_the_supply",
                 dimension: None,
                 unit: ("%", 1e-2, "share"),
             },
-            Wiring::ZeroPotential { .. } => CellQuantity {
+            LineWiring::ZeroPotential { .. } => CellQuantity {
                 name: "conductance",
                 dimension: Some(&CONDUCTANCE),
                 unit: ("uS", 1e-6, "siemens"),
@@ -232,7 +232,7 @@ type Found = (Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
 impl Lines {
     fn network(&self) -> LineNetwork {
         let wiring = match self.described {
-            NetworkDescription::Divider(idle) => Wiring::Divider {
+            NetworkDescription::Divider(idle) => LineWiring::Divider {
                 reference: self.reference,
                 supply: 1.0,
                 idle: match idle {
@@ -240,14 +240,14 @@ impl Lines {
                     Idle::Grounded => IdleLines::Grounded(0.0),
                 },
             },
-            NetworkDescription::ZeroPotential(lines) => Wiring::ZeroPotential {
+            NetworkDescription::ZeroPotential(lines) => LineWiring::ZeroPotential {
                 drive_resistance: lines.drive_resistance,
                 idle_resistance: lines.idle_resistance,
                 column_resistance: lines.column_resistance,
                 supply: 1.0,
                 feedback: 1.0,
             },
-            NetworkDescription::Floating | NetworkDescription::OneToOne => Wiring::Floating,
+            NetworkDescription::Floating | NetworkDescription::OneToOne => LineWiring::Floating,
         };
         let [rows, columns] = self.counts;
         LineNetwork {
@@ -260,7 +260,7 @@ impl Lines {
     /// Largest relative deviation of a conductance over that of its reading.
     fn gain(&self, values: &[f64]) -> Result<f64, NetworkError> {
         let network = self.network();
-        if !matches!(network.wiring, Wiring::ZeroPotential { .. }) {
+        if !matches!(network.wiring, LineWiring::ZeroPotential { .. }) {
             return network.noise_gain(values);
         }
         let mut readings = vec![0.0; values.len()];
@@ -277,7 +277,7 @@ impl Lines {
         // What is lost in the noise is an upper bound.
         let least = noise.iter().copied().fold(f64::INFINITY, f64::min);
         let most = match network.wiring {
-            Wiring::Divider { supply, .. } => supply - least.min(0.5 * supply),
+            LineWiring::Divider { supply, .. } => supply - least.min(0.5 * supply),
             _ => f64::MAX,
         };
         let start: Vec<f64> = start
@@ -286,7 +286,7 @@ impl Lines {
             .collect();
         let inverse = network.invert(signals, [least, most], Some(&start))?;
         let values: Vec<f64> = inverse.ln_admittance.iter().map(|x| x.exp()).collect();
-        if let Wiring::ZeroPotential { .. } = network.wiring {
+        if let LineWiring::ZeroPotential { .. } = network.wiring {
             // A reading is all but its own crossing's: what the others add to the variance is of
             // the second order in the resistances of the lines over that of a crossing.
             let slopes = network.own_slopes(&values)?;

@@ -78,7 +78,7 @@ pub struct PartParameter {
 }
 
 /// What every part of a chain says of itself.
-pub trait Stage: fmt::Debug + Send + Sync {
+pub trait ChainPart: fmt::Debug + Send + Sync {
     /// Shows each number of the part to `each`, which may change it.
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         let _ = each;
@@ -104,7 +104,7 @@ pub trait Stage: fmt::Debug + Send + Sync {
 }
 
 /// Load on the surface to the loads at the cells.
-pub trait Cover: Stage {
+pub trait Cover: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn Cover>;
 
@@ -206,7 +206,7 @@ impl CellEstimate {
 const HALF: f64 = 1.959963984540054;
 
 /// Load on a cell to its value: a curve that rises or falls all the way.
-pub trait CellLaw: Stage {
+pub trait CellLaw: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn CellLaw>;
 
@@ -341,7 +341,7 @@ impl Inverted {
 }
 
 /// Values of all cells to the signals of the channels, one for each cell.
-pub trait Network: Stage {
+pub trait Network: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn Network>;
 
@@ -378,9 +378,9 @@ pub trait Network: Stage {
 }
 
 /// Signal of a channel to the input of the last stage of the board, and its noise.
-pub trait Readout: Stage {
+pub trait ReadoutLaw: ChainPart {
     /// A copy.
-    fn boxed(&self) -> Box<dyn Readout>;
+    fn boxed(&self) -> Box<dyn ReadoutLaw>;
 
     /// Input of the last stage at a signal, SI, as the board is.
     fn input(&self, signal: f64) -> f64;

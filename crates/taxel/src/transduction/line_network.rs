@@ -20,8 +20,8 @@ type Rows = Vec<Vec<f64>>;
 ///
 /// # Example: a uniform matrix reads (N + M − 1)/(NM) of one crossing
 /// ```
-/// use taxel::transduction::{LineNetwork, Wiring};
-/// let network = LineNetwork { rows: 8, columns: 8, wiring: Wiring::Floating };
+/// use taxel::transduction::{LineNetwork, LineWiring};
+/// let network = LineNetwork { rows: 8, columns: 8, wiring: LineWiring::Floating };
 /// let mut readings = [0.0; 64];
 /// network.read(&[1.0 / 200e3; 64], &mut readings)?;
 /// assert!((readings[0] - 46_875.0).abs() < 1e-8);
@@ -36,12 +36,12 @@ pub struct LineNetwork {
     /// Columns M.
     pub columns: usize,
     /// What is at the lines.
-    pub wiring: Wiring,
+    pub wiring: LineWiring,
 }
 
 /// What is at the lines, and what is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wiring {
+pub enum LineWiring {
     /// Between a row and a column, all others open: the impedance, 1 over the unit of the
     /// admittances.
     Floating,
@@ -329,8 +329,8 @@ impl LineNetwork {
 
     fn lines(&self, x: &[f64]) -> Option<Lines> {
         let (series, law) = match self.wiring {
-            Wiring::Floating => (None, Law::Loop { reference: 1.0 }),
-            Wiring::Divider {
+            LineWiring::Floating => (None, Law::Loop { reference: 1.0 }),
+            LineWiring::Divider {
                 reference, idle, ..
             } => match idle {
                 IdleLines::Open => (None, Law::Loop { reference }),
@@ -344,7 +344,7 @@ impl LineNetwork {
                     (Some([idle; 2]), law)
                 }
             },
-            Wiring::ZeroPotential {
+            LineWiring::ZeroPotential {
                 drive_resistance,
                 idle_resistance,
                 column_resistance,
@@ -387,7 +387,7 @@ impl LineNetwork {
     /// What no reading reaches.
     fn supply(&self) -> f64 {
         match self.wiring {
-            Wiring::Divider { supply, .. } => supply,
+            LineWiring::Divider { supply, .. } => supply,
             _ => f64::INFINITY,
         }
     }
@@ -396,26 +396,26 @@ impl LineNetwork {
     /// divider, −ln of an impedance.
     fn coordinate(&self, reading: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => -reading.ln(),
-            Wiring::Divider { supply, .. } => (reading / (supply - reading)).ln(),
-            Wiring::ZeroPotential { .. } => reading.ln(),
+            LineWiring::Floating => -reading.ln(),
+            LineWiring::Divider { supply, .. } => (reading / (supply - reading)).ln(),
+            LineWiring::ZeroPotential { .. } => reading.ln(),
         }
     }
 
     fn reading(&self, coordinate: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => (-coordinate).exp(),
-            Wiring::Divider { supply, .. } => supply / (1.0 + (-coordinate).exp()),
-            Wiring::ZeroPotential { .. } => coordinate.exp(),
+            LineWiring::Floating => (-coordinate).exp(),
+            LineWiring::Divider { supply, .. } => supply / (1.0 + (-coordinate).exp()),
+            LineWiring::ZeroPotential { .. } => coordinate.exp(),
         }
     }
 
     /// d reading / d coordinate.
     fn reading_slope(&self, reading: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => -reading,
-            Wiring::Divider { supply, .. } => reading * (supply - reading) / supply,
-            Wiring::ZeroPotential { .. } => reading,
+            LineWiring::Floating => -reading,
+            LineWiring::Divider { supply, .. } => reading * (supply - reading) / supply,
+            LineWiring::ZeroPotential { .. } => reading,
         }
     }
 
@@ -423,14 +423,14 @@ impl LineNetwork {
     fn uniform(&self) -> f64 {
         let of_all = (self.rows + self.columns - 1) as f64 / (self.rows * self.columns) as f64;
         match self.wiring {
-            Wiring::Floating => of_all.ln(),
-            Wiring::Divider {
+            LineWiring::Floating => of_all.ln(),
+            LineWiring::Divider {
                 reference,
                 idle: IdleLines::Open,
                 ..
             } => (of_all / reference).ln(),
-            Wiring::Divider { reference, .. } => -reference.ln(),
-            Wiring::ZeroPotential {
+            LineWiring::Divider { reference, .. } => -reference.ln(),
+            LineWiring::ZeroPotential {
                 supply, feedback, ..
             } => -(supply * feedback).ln(),
         }

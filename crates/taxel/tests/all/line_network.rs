@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use crate::common::table;
-use taxel::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
+use taxel::transduction::{IdleLines, LineNetwork, LineWiring, NetworkError};
 use taxel_numerics::{Noise, split_mix};
 
 const SUPPLY: f64 = 3.3;
@@ -13,8 +13,8 @@ const SUPPLY: f64 = 3.3;
 const REST: f64 = 200e3;
 const PRESSED: f64 = 2e3;
 
-fn zero_potential([drive_resistance, idle_resistance, column_resistance]: [f64; 3]) -> Wiring {
-    Wiring::ZeroPotential {
+fn zero_potential([drive_resistance, idle_resistance, column_resistance]: [f64; 3]) -> LineWiring {
+    LineWiring::ZeroPotential {
         drive_resistance,
         idle_resistance,
         column_resistance,
@@ -23,8 +23,8 @@ fn zero_potential([drive_resistance, idle_resistance, column_resistance]: [f64; 
     }
 }
 
-fn divider(idle: IdleLines) -> Wiring {
-    Wiring::Divider {
+fn divider(idle: IdleLines) -> LineWiring {
+    LineWiring::Divider {
         reference: 10e3,
         supply: SUPPLY,
         idle,
@@ -32,9 +32,9 @@ fn divider(idle: IdleLines) -> Wiring {
 }
 
 /// Every kind of wiring.
-fn wirings() -> [Wiring; 5] {
+fn wirings() -> [LineWiring; 5] {
     [
-        Wiring::Floating,
+        LineWiring::Floating,
         divider(IdleLines::Open),
         divider(IdleLines::Grounded(0.0)),
         divider(IdleLines::Grounded(150.0)),
@@ -51,7 +51,7 @@ fn read(network: &LineNetwork, admittance: &[f64]) -> Vec<f64> {
 /// Rails beyond all that the wiring can read.
 fn wide(network: &LineNetwork) -> [f64; 2] {
     match network.wiring {
-        Wiring::Divider { supply, .. } => [1e-12, supply * (1.0 - 1e-12)],
+        LineWiring::Divider { supply, .. } => [1e-12, supply * (1.0 - 1e-12)],
         _ => [1e-12, 1e15],
     }
 }
@@ -81,7 +81,7 @@ fn rows_of_the_table_come_back() {
     // 1e-12 from one of 1e-9 ohm. The rounding of sums over eight lines is below 4e-15.
     let ideal = 1e-9;
     let wirings = [
-        ("float [ohm]", Wiring::Floating, 8e-15),
+        ("float [ohm]", LineWiring::Floating, 8e-15),
         ("divider_open [V]", divider(IdleLines::Open), 2e-13),
         (
             "divider_grounded [V]",
@@ -132,7 +132,7 @@ fn uniform_matrices_read_the_closed_form() {
             let network = LineNetwork {
                 rows,
                 columns,
-                wiring: Wiring::Floating,
+                wiring: LineWiring::Floating,
             };
             let count = rows * columns;
             let closed = REST * (rows + columns - 1) as f64 / count as f64;
@@ -167,7 +167,7 @@ fn three_pressed_corners_make_a_ghost() {
         read(&network, &matrix)[8 * 4 + 6]
     };
     // Printed with four digits in the specification.
-    assert!((ghost(Wiring::Floating) - 5324.0).abs() < 0.5);
+    assert!((ghost(LineWiring::Floating) - 5324.0).abs() < 0.5);
     assert!((ghost(divider(IdleLines::Open)) - 2.153).abs() < 5e-4);
     assert!((ghost(divider(IdleLines::Grounded(0.0))) - 0.026).abs() < 5e-4);
 }
@@ -177,7 +177,7 @@ fn noise_gains_are_those_of_the_table() {
     let network = LineNetwork {
         rows: 8,
         columns: 8,
-        wiring: Wiring::Floating,
+        wiring: LineWiring::Floating,
     };
     let patterns = [&[][..], &[0, 1, 8]].map(|corners: &[usize]| {
         let mut pattern = vec![1.0 / REST; 64];
@@ -267,7 +267,7 @@ fn a_live_frame_of_32_x_32_is_inverted_from_the_last() {
     for (wiring, name) in [
         (zero_potential([70.0, 20.0, 5.0]), "zero potential"),
         (divider(IdleLines::Grounded(0.0)), "grounded divider"),
-        (Wiring::Floating, "floating"),
+        (LineWiring::Floating, "floating"),
     ] {
         let network = LineNetwork {
             rows: 32,
@@ -311,9 +311,9 @@ fn a_live_frame_of_32_x_32_is_inverted_from_the_last() {
             // Six deviations of the noise, times the gain: of a divider the supply over what a
             // hard press leaves of it, of a floating matrix what the neighbours pass on.
             let gain = match wiring {
-                Wiring::Floating => 150.0,
-                Wiring::Divider { .. } => 1.0 + 10e3 / PRESSED,
-                Wiring::ZeroPotential { .. } => 1.2,
+                LineWiring::Floating => 150.0,
+                LineWiring::Divider { .. } => 1.0 + 10e3 / PRESSED,
+                LineWiring::ZeroPotential { .. } => 1.2,
             };
             assert!(worst < 6e-3 * gain, "{name} {worst}");
         }
@@ -387,7 +387,7 @@ fn covariance_is_that_of_many_noisy_frames() {
     let network = LineNetwork {
         rows: 3,
         columns: 2,
-        wiring: Wiring::Floating,
+        wiring: LineWiring::Floating,
     };
     let matrix = random_matrix(6, 9);
     let readings = read(&network, &matrix);
