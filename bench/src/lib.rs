@@ -2,7 +2,7 @@
 //! shipped finger script, after a rest capture.
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::calibration::Calibration;
+use taxel::calibration::ThreeAxisCalibration;
 use taxel::estimation::{ArrayEstimator, FrameError, ThreeAxisOptions, ThreeAxisReader};
 use taxel::sensor::{Element, Sensor};
 
@@ -98,7 +98,7 @@ impl Scene {
     /// # Panics
     /// Never: the scene is made with such a reader.
     #[must_use]
-    pub fn calibration(&self) -> &Calibration {
+    pub fn calibration(&self) -> &ThreeAxisCalibration {
         let reader: Option<&ThreeAxisReader> = self.estimator.reader();
         reader.expect("a reader of three axes").calibration()
     }

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use taxel::acquisition::Frame;
-use taxel::calibration::Calibration;
+use taxel::calibration::ThreeAxisCalibration;
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
 use taxel::signal::Position;
 use taxel_bench::{Scene, figure};
@@ -112,7 +112,7 @@ fn units_alone(scene: &Scene) -> f64 {
 }
 
 /// One unit of a frame by its calibration, without any history.
-fn unit_alone(calibration: &Calibration, frame: &Frame, taxel: usize) -> UnitEstimate {
+fn unit_alone(calibration: &ThreeAxisCalibration, frame: &Frame, taxel: usize) -> UnitEstimate {
     let options = SearchOptions::default();
     let counts = &frame.values[4 * taxel..];
     let channel = calibration.channel;
@@ -182,7 +182,7 @@ fn agree(scene: &mut Scene, peer: &Value) -> Result<bool, Box<dyn Error>> {
 
 /// Model and frames for the peer.
 fn export(scene: &Scene) -> Value {
-    let calibration: &Calibration = scene.calibration();
+    let calibration: &ThreeAxisCalibration = scene.calibration();
     let first = &calibration.units[0];
     let units = || calibration.units.iter();
     json!({

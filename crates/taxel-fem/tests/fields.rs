@@ -4,7 +4,7 @@
 //! were made and how exact they are.
 
 use taxel_fem::field::cases::{
-    Bars, COAXIAL_DISCS, COPLANAR_STRIPS, Case, OPPOSED_STRIPS, Surroundings, bars,
+    Bars, COAXIAL_DISCS, COPLANAR_STRIPS, FieldCase, OPPOSED_STRIPS, Surroundings, bars,
     bars_above_base, coaxial_discs, coplanar_strips, corner_square, cube, disc,
     ideal_dielectric_field, opposed_strips, sphere,
 };
@@ -16,7 +16,7 @@ const ASKED: f64 = 1e-4;
 /// circle and the last digit of the reference, both below this.
 const BELOW: f64 = -2e-7;
 
-fn check(case: &Case, allowed: f64) {
+fn check(case: &FieldCase, allowed: f64) {
     let error = case.error();
     assert!(
         BELOW < error && error < allowed,

@@ -20,7 +20,7 @@ pub struct View {
     /// Shapes in the order of painting. Lengths in m, y upwards.
     pub shapes: Vec<Shape>,
     /// Lengths with their arrows.
-    pub dimensions: Vec<Dimension>,
+    pub dimensions: Vec<DimensionLine>,
     /// Names at places.
     pub labels: Vec<Label>,
 }
@@ -70,7 +70,7 @@ pub enum Part {
 
 /// A length between two points, drawn beside them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dimension {
+pub struct DimensionLine {
     /// From here, m.
     pub from: [f64; 2],
     /// To here, m; level with `from` or straight above or below it.
@@ -121,7 +121,7 @@ impl Shape {
     }
 }
 
-impl Dimension {
+impl DimensionLine {
     /// A length with its name, `H` and 950e-6 to `H = 950 um`.
     pub fn new(from: [f64; 2], to: [f64; 2], beside: f64, name: &str) -> Self {
         let length = (from[0] - to[0]).hypot(from[1] - to[1]);
@@ -140,7 +140,7 @@ impl Dimension {
     }
 }
 
-impl Dimension {
+impl DimensionLine {
     /// The same with the standard deviation of made devices, m, such as `D 50 um, σ 1 um`; nothing
     /// for one of 0.
     #[must_use]
@@ -269,7 +269,7 @@ impl Frame {
         let bounds = view.shapes.iter().map(Shape::bounds).fold(NOTHING, join);
         let [low, high] = bounds;
         let size: [f64; 2] = std::array::from_fn(|i| (high[i] - low[i]).max(1e-9));
-        let sides = view.dimensions.iter().map(Dimension::room_beside);
+        let sides = view.dimensions.iter().map(DimensionLine::room_beside);
         let margin = sides.fold(MARGIN, f64::max);
         let scale = ((WIDTH - 2.0 * margin) / size[0]).min(HIGHEST / size[1]);
         Self { bounds, scale }
@@ -331,7 +331,7 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     CHARACTER * size * text.chars().count() as f64
 }
 
-impl Dimension {
+impl DimensionLine {
     /// Width that an upright dimension and its text take beside the shapes, px.
     fn room_beside(&self) -> f64 {
         if level(self.from, self.to) {

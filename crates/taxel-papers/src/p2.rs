@@ -5,7 +5,7 @@ use taxel::device::ThreeAxisArray;
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{Bar, Cavity, Grip, STRIPS, SideContact, UnitCompliance};
 use taxel::sensor::Sensor;
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 
 const MILLINEWTON: f64 = 1e-3;
 const CAPACITORS: [&str; 4] = ["C11", "C12", "C21", "C22"];
@@ -272,7 +272,7 @@ fn model_results(ours: &mut Ours, array: &ThreeAxisArray<'_>) {
     let mut parallel = unit;
     parallel.suspension.tile_tilt = 0.0;
     // Read back from the displacement by the published inverse at 15 mN.
-    let read_back = |unit: &UnitModel, axis: usize| {
+    let read_back = |unit: &ThreeAxisModel, axis: usize| {
         let readings = unit.predict(along(axis, 15.0)).1.capacitance();
         15e-3 / unit.effective_motion(unit.rest(), readings).displacement[axis]
     };
@@ -323,7 +323,7 @@ fn distribution(ours: &mut Ours, array: &ThreeAxisArray<'_>) {
     ours.number("response_time", 1e3 / ours.printed("frame_rate", 0));
 }
 
-fn figures(ours: &mut Ours, unit: &UnitModel) {
+fn figures(ours: &mut Ours, unit: &ThreeAxisModel) {
     let rest = unit.rest();
     let normalised = |axis: usize, capacitor: usize| -> Vec<[f64; 2]> {
         (0..=40)

@@ -9,7 +9,7 @@ use taxel::device::{Drive, PiezoelectricArray, PiezoelectricPredictor};
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output, Readout};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
 use taxel::mechanics::{
-    Base, BondedDisc, Contact, DiscGrip, LayerLaw, LayerRim, Plate, Profile, SeatedSetting,
+    Base, BondedDisc, ContactPressure, DiscGrip, LayerLaw, LayerRim, Plate, Profile, SeatedSetting,
     SoftCover, SoftLayer, bending_stiffness,
 };
 use taxel::sensor::Sensor;
@@ -510,7 +510,7 @@ fn shares(prototype: &Prototype<'_>, at: [f64; 2], radius: f64) -> Vec<f64> {
     let cover = SoftCover {
         thickness: prototype.array.description.depth(),
         base: Base::Rigid,
-        contact: Contact::Uniform(radius),
+        contact: ContactPressure::Uniform(radius),
     };
     let (table, layout) = (cover.table(), prototype.array.layout());
     (0..layout.taxels())
@@ -531,7 +531,7 @@ fn shear(ours: &mut Ours, prototype: &Prototype<'_>) {
     let cover = SoftCover {
         thickness: description.depth(),
         base: Base::Rigid,
-        contact: Contact::Uniform(2e-3),
+        contact: ContactPressure::Uniform(2e-3),
     };
     let side = description.ceramic.side;
     let shares = |x: f64, y: f64| cover.shear_shares([x, y], side)[0];
@@ -587,7 +587,7 @@ impl DrawnTouch {
         SoftCover {
             thickness: prototype.array.description.depth(),
             base: Base::Rigid,
-            contact: Contact::Uniform(self.radius),
+            contact: ContactPressure::Uniform(self.radius),
         }
     }
 

@@ -542,7 +542,9 @@ fn figures(ours: &mut Ours, array: &MicrochannelArray<'_>, predictor: &Microchan
     // Up to the end of the closing curve of the lower layer.
     let known = bisect(100e3, |pressure| {
         let answer = predictor.predict(pressure, 1.0);
-        answer.is_ok_and(|answer| answer.layers[0].state == taxel::device::LayerState::Beyond)
+        answer.is_ok_and(|answer| {
+            answer.layers[0].state == taxel::device::MicrochannelLayerState::Beyond
+        })
     });
     let last = (known / scale).floor() as u32;
     ours.figure(

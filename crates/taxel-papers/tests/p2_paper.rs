@@ -8,10 +8,10 @@ mod common;
 use std::collections::HashMap;
 
 use common::{assert_near, table};
-use taxel::device::{LoadState, ThreeAxisPredictor};
+use taxel::device::{ThreeAxisLoadState, ThreeAxisPredictor};
 use taxel::estimation::{SearchOptions, UnitEstimate, estimate_unit};
 use taxel::sensor::{Element, Sensor, ThreeAxisCapacitor};
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_papers::Paper;
 
 const MN: f64 = 1e-3;
@@ -41,25 +41,25 @@ fn element(sensor: &Sensor) -> &ThreeAxisCapacitor {
 
 /// The measured unit, its excess read as parallel capacitance (the values of
 /// the reference set, rounded to 0.1 fF).
-fn parasitic() -> UnitModel {
+fn parasitic() -> ThreeAxisModel {
     let mut unit = array().three_axis().unwrap().unit_model();
     unit.plates.parallel_capacitance = [30.7e-15, 31.7e-15, 17.7e-15, 32.7e-15];
     unit
 }
 
-fn parallel_tiles() -> UnitModel {
+fn parallel_tiles() -> ThreeAxisModel {
     let mut unit = array().three_axis().unwrap().unit_model();
     unit.suspension.tile_tilt = 0.0;
     unit
 }
 
-fn capacitance(unit: &UnitModel, force_mn: [f64; 3]) -> [f64; 4] {
+fn capacitance(unit: &ThreeAxisModel, force_mn: [f64; 3]) -> [f64; 4] {
     unit.predict(force_mn.map(|force| force * MN))
         .1
         .capacitance()
 }
 
-fn estimate(unit: &UnitModel, force_mn: [f64; 3]) -> UnitEstimate {
+fn estimate(unit: &ThreeAxisModel, force_mn: [f64; 3]) -> UnitEstimate {
     let readings = capacitance(unit, force_mn);
     estimate_unit(
         unit,
@@ -135,11 +135,11 @@ fn p2_full_scale_pressure() {
 fn p2_closure_force() {
     let predictor = ThreeAxisPredictor::new(&array().three_axis().unwrap());
     let state = |force| predictor.predict([0.0, 0.0, force * MN]).state;
-    assert_eq!(state(14.9), LoadState::Ok);
-    assert_eq!(state(15.1), LoadState::AboveUsable);
-    assert_eq!(state(20.1), LoadState::OutOfRange);
-    assert_eq!(state(62.3), LoadState::OutOfRange);
-    assert_eq!(state(62.5), LoadState::Closed);
+    assert_eq!(state(14.9), ThreeAxisLoadState::Ok);
+    assert_eq!(state(15.1), ThreeAxisLoadState::AboveUsable);
+    assert_eq!(state(20.1), ThreeAxisLoadState::OutOfRange);
+    assert_eq!(state(62.3), ThreeAxisLoadState::OutOfRange);
+    assert_eq!(state(62.5), ThreeAxisLoadState::Closed);
     // All three full scales together nearly use up the gap: 5.07 of 6 um.
     let all = predictor.predict([20.0 * MN; 3]);
     assert_near(

@@ -12,7 +12,7 @@ use taxel_fem::field::FieldError;
 use taxel_fem::field::conduction::Conduction;
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
 use taxel_fem::field::geometry::Geometry;
-use taxel_fem::field::laplace::{Coefficient, Domain, Motion as Moving};
+use taxel_fem::field::laplace::{Coefficient, Domain, MeshMotion};
 use taxel_fem::material::{Law, Material, Volumetric};
 use taxel_fem::mesh::{CellShape, Facet, LowerCell, Mesh as Cells};
 use taxel_fem::problem::{
@@ -399,7 +399,7 @@ fn place<'a>(
             )));
         }
     };
-    let motion = displacement.map_or(Moving::None, Moving::Moved);
+    let motion = displacement.map_or(MeshMotion::None, MeshMotion::Moved);
     let coefficients = coefficients.iter();
     Ok(Place {
         domain: Domain {

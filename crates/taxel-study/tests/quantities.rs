@@ -5,7 +5,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use taxel::mechanics::{Base, Contact, SoftCover};
+use taxel::mechanics::{Base, ContactPressure, SoftCover};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
@@ -154,7 +154,7 @@ fn crosstalk_of_elements_is_what_the_cover_carries_to_the_next_one() {
     let cover = SoftCover {
         thickness: array.description.depth(),
         base: Base::Rigid,
-        contact: Contact::Uniform(2e-3),
+        contact: ContactPressure::Uniform(2e-3),
     };
     let side = array.description.ceramic.side;
     let share = |other: &[f64; 2]| cover.share([other[0] - place[0], other[1] - place[1]], side);

@@ -279,7 +279,7 @@ fn placed(
 fn places_by_noisy_elements_spread_as_information_says() {
     use taxel::device::{PlaceInformation, PlacedContact};
     use taxel::information::RadiusKnowledge;
-    use taxel::mechanics::{Base, Contact, SoftCover};
+    use taxel::mechanics::{Base, ContactPressure, SoftCover};
     use taxel::sensor::Sensor;
     // As for the other devices: 3 % are four standard errors of 10^4 estimates.
     const ESTIMATES: usize = 10_000;
@@ -291,7 +291,7 @@ fn places_by_noisy_elements_spread_as_information_says() {
     let cover = SoftCover {
         thickness: array.description.depth(),
         base: Base::Rigid,
-        contact: Contact::Uniform(radius),
+        contact: ContactPressure::Uniform(radius),
     };
     let table = cover.table();
     let share = |[x, y]: [f64; 2]| -> Vec<f64> {

@@ -5,7 +5,7 @@ use taxel::acquisition::{Delivery, Stimulus, Twin};
 use taxel::device::Registry;
 use taxel::predict::Loads;
 use taxel::quantity::{CAPACITANCE, Checked, PositiveCapacitance, PositiveStress};
-use taxel::stage::{CellLaw, CellQuantity, OwnElement, Parts, Stage};
+use taxel::stage::{CellLaw, CellQuantity, ChainPart, OwnElement, Parts};
 
 /// C = rest (1 + p/(p + stiffness)): a gap that closes to half.
 #[derive(Debug, Clone, Copy, serde::Deserialize, schemars::JsonSchema)]
@@ -15,7 +15,7 @@ struct Foam {
     stiffness: Checked<PositiveStress>,
 }
 
-impl Stage for Foam {}
+impl ChainPart for Foam {}
 
 impl CellLaw for Foam {
     fn boxed(&self) -> Box<dyn CellLaw> {

@@ -5,7 +5,7 @@
 
 use crate::device::{Device, ElementCover};
 use crate::layout::{Layout, Mount, TaxelFrame};
-use crate::mechanics::{Base, Contact, ShareTable, ShearTable, SoftCover};
+use crate::mechanics::{Base, ContactPressure, ShareTable, ShearTable, SoftCover};
 use crate::sensor::{Sensor, Unreadable};
 
 /// A contact of one instant, in the sensor's frame ([`TaxelFrame`]).
@@ -87,9 +87,9 @@ impl ContactSpread {
     pub fn new(sensor: &Sensor, radius: f64) -> Result<Self, Unreadable> {
         let device: &dyn Device = &*sensor.device()?;
         let contact = if radius > 0.0 {
-            Contact::Uniform(radius)
+            ContactPressure::Uniform(radius)
         } else {
-            Contact::Point
+            ContactPressure::Point
         };
         let tables = |cover: ElementCover| {
             let spread = SoftCover {

@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::transduction::{FieldState, SolvedInPlane};
 use taxel::device::{InPlaneArray, InPlaneLoadState, InPlanePredictor};
-use taxel::electronics::{Delivered, FrontEnd};
+use taxel::electronics::{CapacitanceBoard, Delivered};
 use taxel::mechanics::{LARGEST_COMPRESSION, LayerState};
 use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor, SolvedBody};
 use taxel::transduction::{InPlaneModel, VACUUM_PERMITTIVITY};
@@ -40,7 +40,7 @@ pub struct InPlaneFieldPredictor {
     /// The closed form, whose loads and columns are these.
     closed: InPlanePredictor,
     model: InPlaneModel,
-    board: FrontEnd,
+    board: CapacitanceBoard,
     solved: OnceLock<Result<Solved, String>>,
     /// Compression under the greatest load of [`Predictor::prepare`]: that of the body to show.
     greatest: Option<f64>,

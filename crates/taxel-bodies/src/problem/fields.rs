@@ -4,7 +4,7 @@ use taxel_fem::field::FieldError;
 use taxel_fem::field::conduction::Conduction;
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
 use taxel_fem::field::geometry::Geometry as FieldGeometry;
-use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
+use taxel_fem::field::laplace::{Coefficient, Domain, MeshMotion};
 use taxel_fem::solver::newton::Solver;
 
 use super::description::{Capacitance, Geometry, ProblemFile, Resistance};
@@ -18,7 +18,7 @@ fn domain<'a>(file: &ProblemFile, solver: &'a Solver) -> Domain<'a> {
             Geometry::Axisymmetric => FieldGeometry::Axisymmetric,
             Geometry::Solid => FieldGeometry::Solid,
         },
-        motion: Motion::PulledBack(&solver.state().displacement),
+        motion: MeshMotion::PulledBack(&solver.state().displacement),
         exterior: None,
     }
 }

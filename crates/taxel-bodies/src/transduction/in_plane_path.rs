@@ -7,7 +7,7 @@ use crate::mechanics::Fineness;
 use taxel::mechanics::LARGEST_COMPRESSION;
 use taxel::transduction::InPlaneModel;
 use taxel::transduction::in_plane_table::{CAPACITANCE, CONTENTS, NUMBERS, STRESS};
-use taxel::transduction::path_table::{Contents, PathTable, State};
+use taxel::transduction::path_table::{Contents, PathState, PathTable};
 use taxel_numerics::roots;
 
 /// The load path of a sensor as drawn.
@@ -29,7 +29,7 @@ impl LoadPath for InPlanePath<'_> {
         Ok((invertible(&whole), whole.ended))
     }
 
-    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<State>, NoTable> {
+    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<PathState>, NoTable> {
         let mut study = match fineness {
             Fineness::Usual => FieldStudy::new(&self.body),
             Fineness::Finer => FieldStudy::fine(&self.body),
@@ -41,11 +41,16 @@ impl LoadPath for InPlanePath<'_> {
     }
 
     /// Of force and of change of capacitance.
-    fn off(&self, table: &PathTable, rest: &State, states: &[State]) -> Result<Vec<Off>, NoTable> {
+    fn off(
+        &self,
+        table: &PathTable,
+        rest: &PathState,
+        states: &[PathState],
+    ) -> Result<Vec<Off>, NoTable> {
         let [own, end] = table.ends().map(|node| node[CAPACITANCE]);
         let largest = table.ends()[1][STRESS];
         let full = (own - end).abs();
-        let off = |(compression, solved): &State| {
+        let off = |(compression, solved): &PathState| {
             let here = table.at::<NUMBERS>(*compression);
             let change = (own - here[CAPACITANCE]) - (rest.1[CAPACITANCE] - solved[CAPACITANCE]);
             [(here[STRESS] - solved[STRESS]) / largest, change / full]
@@ -78,7 +83,7 @@ fn invertible(way: &SolvedInPlane) -> f64 {
     roots::one_to_one(way.last().compression, change).end
 }
 
-fn numbers(state: &FieldState) -> State {
+fn numbers(state: &FieldState) -> PathState {
     let numbers = vec![
         state.mean_stress,
         state.gap,

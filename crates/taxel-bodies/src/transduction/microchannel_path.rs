@@ -8,7 +8,7 @@ use taxel::transduction::DrawnLayers;
 use taxel::transduction::microchannel_table::{
     CONDUCTANCE, CONTENTS, HIGHEST, NET, OF_LAYER, REST, TOUCHING, layer_curves,
 };
-use taxel::transduction::path_table::{Contents, PathTable, State};
+use taxel::transduction::path_table::{Contents, PathState, PathTable};
 
 /// Steps to the touch: by an eighth of the height at most each, and some to find it.
 const MOST_STEPS: usize = 120;
@@ -55,12 +55,12 @@ fn numbers(drawn: &DrawnLayers, crossing: &Crossing) -> Vec<f64> {
 struct LayersPath<'d> {
     drawn: &'d DrawnLayers,
     /// States of the usual mesh.
-    kept: Vec<State>,
+    kept: Vec<PathState>,
 }
 
 impl LayersPath<'_> {
     /// A state that was solved at a load.
-    fn known(&self, load: f64) -> Option<&State> {
+    fn known(&self, load: f64) -> Option<&PathState> {
         self.kept
             .iter()
             .find(|(kept, _)| (kept - load).abs() <= SAME_LOAD * load)
@@ -135,7 +135,7 @@ impl LoadPath for LayersPath<'_> {
         })
     }
 
-    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<State>, NoTable> {
+    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<PathState>, NoTable> {
         let mut study = None;
         let mut states = Vec::new();
         for load in loads {
@@ -170,7 +170,12 @@ impl LoadPath for LayersPath<'_> {
 
     /// Of the change of resistance of each layer, by its net pressure and by the pressure on the top:
     /// the larger of the two.
-    fn off(&self, table: &PathTable, _: &State, states: &[State]) -> Result<Vec<Off>, NoTable> {
+    fn off(
+        &self,
+        table: &PathTable,
+        _: &PathState,
+        states: &[PathState],
+    ) -> Result<Vec<Off>, NoTable> {
         let closing = layer_curves(table).map_err(NotSolved::from)?;
         let [_, end] = table.ends();
         let mut all = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::in_plane_field::NoField;
 use crate::mechanics::{Fineness, NotSolved};
-use taxel::transduction::path_table::{Contents, ERRORS, PathTable, State, TableErrors};
+use taxel::transduction::path_table::{Contents, ERRORS, PathState, PathTable, TableErrors};
 
 /// Intervals of the first table.
 const FEWEST: usize = 8;
@@ -105,11 +105,16 @@ pub(super) trait LoadPath {
     fn reach(&mut self, progress: &mut dyn FnMut(f64)) -> Result<(f64, Option<String>), NoTable>;
 
     /// States at rising values of the variable, the first at rest.
-    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<State>, NoTable>;
+    fn states(&mut self, loads: &[f64], fineness: Fineness) -> Result<Vec<PathState>, NoTable>;
 
     /// Differences of what is read from a table from solved states of a path that is at rest in
     /// `rest`, over full scale.
-    fn off(&self, table: &PathTable, rest: &State, states: &[State]) -> Result<Vec<Off>, NoTable>;
+    fn off(
+        &self,
+        table: &PathTable,
+        rest: &PathState,
+        states: &[PathState],
+    ) -> Result<Vec<Off>, NoTable>;
 }
 
 /// Differences of the quantities whose errors are stated.

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use taxel_bodies::transduction::electrode_section::{BarStudy, Media};
 use taxel_fem::field::electrostatics::{Electrostatics, Infinity};
 use taxel_fem::field::geometry::Geometry;
-use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
+use taxel_fem::field::laplace::{Coefficient, Domain, MeshMotion};
 use taxel_fem::material::{Law, Material};
 use taxel_fem::mesh::Mesh;
 use taxel_fem::study::layer::{Bar, Layer, LayerDivision, SideFace};
@@ -373,7 +373,7 @@ fn harmonic_extension_and_new_mesh_agree() {
             domain: Domain {
                 mesh: &outside,
                 geometry: Geometry::Plane,
-                motion: Motion::None,
+                motion: MeshMotion::None,
                 exterior: None,
             },
             permittivities: &[("above", Coefficient::Scalar(1.0))],
@@ -395,7 +395,7 @@ fn harmonic_extension_and_new_mesh_agree() {
     for name in ["uniform", "air_above", "grounded_base"] {
         let anew = study.capacitance(&[media(name)]).unwrap()[0];
         let pulled = rest
-            .solve_moved(media(name), Motion::PulledBack(&moved))
+            .solve_moved(media(name), MeshMotion::PulledBack(&moved))
             .unwrap();
         println!("{name} {anew:?} {pulled:?}");
         // Both are exact to a few 1e-4, most of it the same.

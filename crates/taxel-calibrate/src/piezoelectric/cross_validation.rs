@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use super::PiezoelectricCalibrator;
 use super::problem::Indentation;
 use taxel::estimation::{
-    ELLIPSE_95, KernelRegression, Localiser, Method, Press, ProfileFit, localiser, regression,
+    ELLIPSE_95, IndentationForces, KernelRegression, Localiser, Method, ProfileFit, localiser,
+    regression,
 };
 use taxel::mechanics::ShareTable;
 use taxel::trained::{IndentationMap, Kernel, PositionMethod, TrainingError};
@@ -191,12 +192,12 @@ impl<'a> CrossValidation<'a> {
         let model = calibrator.profile.clone();
         let cells = [model.columns, model.rows];
         let stride = presses.len().div_ceil(FOR_KERNEL);
-        let of = |press: &Indentation| Press {
+        let of = |press: &Indentation| IndentationForces {
             forces: press.forces.clone(),
             position: press.place,
             radius: press.radius,
         };
-        let some: Vec<Press> = presses.iter().step_by(stride).map(of).collect();
+        let some: Vec<IndentationForces> = presses.iter().step_by(stride).map(of).collect();
         let mut radii: Vec<f64> = presses.iter().filter_map(|press| press.radius).collect();
         radii.sort_by(f64::total_cmp);
         radii.dedup();

@@ -10,7 +10,7 @@ use crate::options::CalibrateOptions;
 use crate::testing::{self, no_hold_out};
 use crate::{CalibrationFile, Provenance};
 use taxel::estimation::{ELLIPSE_95, Localiser, ProfileFit, localiser};
-use taxel::mechanics::{Base, Contact, SoftCover};
+use taxel::mechanics::{Base, ContactPressure, SoftCover};
 use taxel::sensor::Element;
 use taxel::trained::PositionMethod;
 use taxel_numerics::Noise;
@@ -421,7 +421,7 @@ fn off(
     let table = SoftCover {
         thickness: model.thickness,
         base: Base::Rigid,
-        contact: Contact::Hertz(radius),
+        contact: ContactPressure::Hertz(radius),
     }
     .table();
     let sensor = calibrator.named.sensor.piezoelectric().unwrap();

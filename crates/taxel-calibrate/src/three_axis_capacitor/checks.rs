@@ -16,7 +16,7 @@ use crate::table_checks::{follows, is_second, of_this_device, right_prefix};
 use taxel::InputError;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
 use taxel::signal::Position;
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_numerics::least_squares::linear;
 
 /// Capacitances above those of a closed gap by this factor are none, unless their unit
@@ -246,7 +246,7 @@ fn is_counts(data: &ReadingTable) -> Result<bool, InputError> {
 
 /// Displacement of a unit of the drawn air gaps along an axis for the force that a
 /// gauge read, with its deviation, m/N; `None` where the forces do not determine it.
-pub(super) fn compliance(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<[f64; 2]> {
+pub(super) fn compliance(unit: &ThreeAxisModel, of: &[Reading], axis: usize) -> Option<[f64; 2]> {
     let rest = rest_of(of);
     let gauged: Vec<&Reading> = of.iter().filter(|r| r.gauged[axis]).collect();
     let design: Vec<Vec<f64>> = gauged.iter().map(|r| vec![r.force[axis], 1.0]).collect();

@@ -4,7 +4,7 @@
 use super::problem::{AXES, Reading, force_error, with_values};
 use super::{Fitted, ThreeAxisCalibrator};
 use crate::hysteresis::{Loops, Named, Sample, identify, samples, steps};
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 
 /// Prefix of the names of the weights along an axis.
 pub(super) fn prefix(axis: usize) -> String {
@@ -57,7 +57,7 @@ impl ThreeAxisCalibrator<'_> {
 
 /// Forces that the capacitances would have on loading, N; none where no gauge
 /// read them.
-fn by_capacitances(unit: &UnitModel, of: &[Reading]) -> Vec<[f64; 3]> {
+fn by_capacitances(unit: &ThreeAxisModel, of: &[Reading]) -> Vec<[f64; 3]> {
     let loading = |reading: &Reading| {
         let Some(error) = force_error(unit, reading) else {
             return [0.0; 3];

@@ -23,7 +23,7 @@ use taxel::device::ThreeAxisArray;
 use taxel::predict::LoadColumn;
 use taxel::sensor::{CalibratedUnit, Element, Sensor};
 use taxel::signal::NumberScale;
-use taxel::transduction::{TileEdges, UnitModel};
+use taxel::transduction::{ThreeAxisModel, TileEdges};
 use taxel_numerics::least_squares::{Fit, FitError, FitOptions, Parameter, Problem, fit};
 
 use checks::Context;
@@ -39,8 +39,8 @@ const PREFIX: &str = "taxel_";
 /// Calibrates the units of one array.
 pub(super) struct ThreeAxisCalibrator<'a> {
     named: &'a NamedSensor<'a>,
-    drawn: UnitModel,
-    made: Vec<UnitModel>,
+    drawn: ThreeAxisModel,
+    made: Vec<ThreeAxisModel>,
     channel: NumberScale,
     /// Standard deviation of a reading by the board's own figures, F.
     deviation: f64,
@@ -157,7 +157,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
         &self,
         model: Model,
         taxel: usize,
-        start: &UnitModel,
+        start: &ThreeAxisModel,
         moved: [bool; 3],
     ) -> Vec<Parameter> {
         let rest = start.rest();
@@ -165,7 +165,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
         // Sizes that change from where a fit comes out to where another does as deviations do,
         // C_par's nearly as the square of what the air gap holds and that of a compliance as
         // its root: what is identified is then no matter of how the noise fell.
-        let facing = |unit: &UnitModel, place: usize| {
+        let facing = |unit: &ThreeAxisModel, place: usize| {
             1.0 - unit.plates.parallel_capacitance[place] / unit.rest()[place]
         };
         let of = |place: usize, at: f64| -> ([f64; 2], f64) {
@@ -211,7 +211,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
 
     /// A unit near the readings for given parallel capacitances: gaps by its
     /// rest, stiffness by straight lines through the published displacements.
-    fn start(&self, model: Model, of: &[Reading], parallel: [f64; 4]) -> Option<UnitModel> {
+    fn start(&self, model: Model, of: &[Reading], parallel: [f64; 4]) -> Option<ThreeAxisModel> {
         let mut unit = self.drawn;
         unit.plates.parallel_capacitance = parallel;
         let rest = checks::rest_of(of);
@@ -242,7 +242,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
     fn fit_from(
         &self,
         model: Model,
-        start: &UnitModel,
+        start: &ThreeAxisModel,
         of: &[Reading],
         known: Option<Known>,
         options: &CalibrateOptions,
@@ -287,7 +287,7 @@ impl<'a> ThreeAxisCalibrator<'a> {
     }
 
     /// The unit of a fit.
-    fn unit(&self, fitted: &Fitted) -> UnitModel {
+    fn unit(&self, fitted: &Fitted) -> ThreeAxisModel {
         with_values(&self.drawn, &fitted.fit.values())
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::split::OfSeries;
 use taxel::mechanics::{SIDE_X, SIDE_Y};
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_numerics::dense::dot;
 use taxel_numerics::least_squares::{Parameter, Problem, linear};
 
@@ -118,7 +118,7 @@ pub(super) fn unit(place: usize) -> &'static str {
 }
 
 /// The parameters of a unit.
-pub(super) fn values(unit: &UnitModel) -> Vec<f64> {
+pub(super) fn values(unit: &ThreeAxisModel) -> Vec<f64> {
     let (plates, suspension) = (&unit.plates, &unit.suspension);
     let mut values = Vec::with_capacity(OWN);
     values.extend(plates.parallel_capacitance);
@@ -129,7 +129,7 @@ pub(super) fn values(unit: &UnitModel) -> Vec<f64> {
 }
 
 /// `drawn` with the parameters `at` in the place of its own.
-pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
+pub(super) fn with_values(drawn: &ThreeAxisModel, at: &[f64]) -> ThreeAxisModel {
     let mut unit = *drawn;
     unit.plates.parallel_capacitance.copy_from_slice(&at[..GAP]);
     unit.plates.air_gap.copy_from_slice(&at[GAP..COMPLIANCE]);
@@ -141,7 +141,7 @@ pub(super) fn with_values(drawn: &UnitModel, at: &[f64]) -> UnitModel {
 
 /// A unit, its readings, and what each reading's misfits are multiplied by.
 pub(super) struct Bench {
-    drawn: UnitModel,
+    drawn: ThreeAxisModel,
     /// At their most likely forces, with capacitances less J·(F − F̂).
     readings: Vec<Reading>,
     whitening: Vec<Whitening>,
@@ -160,7 +160,7 @@ pub(super) struct Whitening {
 impl Whitening {
     /// For a reading with deviations of each kind (N, F) of a unit; `None` where a tile
     /// touches.
-    fn new(unit: &UnitModel, reading: &Reading, deviation: [f64; KINDS]) -> Option<Self> {
+    fn new(unit: &ThreeAxisModel, reading: &Reading, deviation: [f64; KINDS]) -> Option<Self> {
         let jacobian = unit.linearise(reading.force)?.jacobian;
         let by_force: [[f64; 4]; 3] = std::array::from_fn(|axis| {
             let gauged = f64::from(u8::from(reading.gauged[axis]));
@@ -261,8 +261,8 @@ impl Bench {
     /// whitening is made touches. `settled` says that this unit is near the best one, so that
     /// the most likely forces can be found with it.
     pub(super) fn new(
-        drawn: &UnitModel,
-        (at, settled): (&UnitModel, bool),
+        drawn: &ThreeAxisModel,
+        (at, settled): (&ThreeAxisModel, bool),
         readings: &[Reading],
         deviations: &[[f64; KINDS]],
         known: Option<Known>,
@@ -297,7 +297,7 @@ impl Bench {
 /// A reading at its most likely force for a unit, and its whitening there; `None` where a
 /// tile touches.
 fn likely(
-    unit: &UnitModel,
+    unit: &ThreeAxisModel,
     reading: &Reading,
     deviation: [f64; KINDS],
     steps: usize,
@@ -318,7 +318,7 @@ fn likely(
 
 /// Measured less modelled capacitances of a reading, F; `None` where a tile
 /// touches.
-pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
+pub(super) fn misfit(unit: &ThreeAxisModel, reading: &Reading) -> Option<[f64; 4]> {
     let (_, response) = unit.predict(reading.force);
     if response.closed().contains(&true) {
         return None;
@@ -329,7 +329,7 @@ pub(super) fn misfit(unit: &UnitModel, reading: &Reading) -> Option<[f64; 4]> {
 
 /// Gauge less model: the force along each gauged axis by which the gauge
 /// stands off the four capacitances, N; `None` where a tile touches.
-pub(super) fn force_error(unit: &UnitModel, reading: &Reading) -> Option<[f64; 3]> {
+pub(super) fn force_error(unit: &ThreeAxisModel, reading: &Reading) -> Option<[f64; 3]> {
     let axes: Vec<usize> = (0..3).filter(|axis| reading.gauged[*axis]).collect();
     let mut moved = *reading;
     for _ in 0..STEPS {
@@ -439,13 +439,13 @@ impl Problem for Bench {
 }
 
 /// The narrowest air gap, m.
-pub(super) fn least_gap(unit: &UnitModel) -> f64 {
+pub(super) fn least_gap(unit: &ThreeAxisModel) -> f64 {
     let gaps = unit.plates.air_gap.into_iter();
     gaps.fold(f64::INFINITY, f64::min)
 }
 
 /// Range of loads that separates parallel capacitance and gap.
-pub(super) fn far_enough(drawn: &UnitModel) -> String {
+pub(super) fn far_enough(drawn: &ThreeAxisModel) -> String {
     let closing = least_gap(drawn) / drawn.suspension.compliance[2][2];
     format!(
         "a sweep to {:.0} mN, which closes two thirds of the air, a finer gauge, or a measured \

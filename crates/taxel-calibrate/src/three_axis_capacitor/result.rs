@@ -11,7 +11,7 @@ use crate::outcome::{Constants, Derived, ResidualSummary, Scope, open_in_words};
 use crate::remark::Remark;
 use crate::split::{Branch, branches};
 use taxel::figure::{Axis, Chart, Figure, Series, Style};
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_numerics::least_squares::{Estimate, Status, linear};
 
 /// Taxels of which a report shows figures.
@@ -202,7 +202,7 @@ impl Findings for ThreeAxisCalibrator<'_> {
     }
 }
 
-fn capacitances(unit: &UnitModel, of: &[Reading]) -> Chart {
+fn capacitances(unit: &ThreeAxisModel, of: &[Reading]) -> Chart {
     let mut series = Vec::new();
     for (i, name) in CAPACITORS.iter().enumerate() {
         let read = of
@@ -232,7 +232,7 @@ fn capacitances(unit: &UnitModel, of: &[Reading]) -> Chart {
     }
 }
 
-fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
+fn forces(unit: &ThreeAxisModel, of: &[Reading]) -> Chart {
     let series = (0..3).filter_map(|axis| {
         let gauged = of.iter().filter(|r| r.gauged[axis]);
         let points =
@@ -250,7 +250,7 @@ fn forces(unit: &UnitModel, of: &[Reading]) -> Chart {
 
 /// Hysteresis loss along an axis, as a share of loading; `None` where it is within the
 /// noise.
-fn lost(unit: &UnitModel, of: &[Reading], axis: usize) -> Option<f64> {
+fn lost(unit: &ThreeAxisModel, of: &[Reading], axis: usize) -> Option<f64> {
     let sizes: Vec<f64> = of.iter().map(|r| r.force[axis].abs()).collect();
     let [_, most] = range(sizes.iter().copied());
     let branches = branches(&sizes);

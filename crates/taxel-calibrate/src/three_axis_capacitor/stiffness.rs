@@ -8,7 +8,7 @@
 use super::problem::{AXES, Reading, with_values};
 use super::{Fitted, SIZE, ThreeAxisCalibrator, name_of};
 use crate::outcome::Derived;
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_numerics::dense::dot;
 use taxel_numerics::least_squares::linear;
 
@@ -71,7 +71,7 @@ impl ThreeAxisCalibrator<'_> {
 
 /// Straight lines through the readings.
 pub(super) fn of_readings(
-    unit: &UnitModel,
+    unit: &ThreeAxisModel,
     readings: &[Reading],
     axes: &[usize],
 ) -> Option<Vec<StiffnessFit>> {
@@ -86,7 +86,7 @@ pub(super) fn of_readings(
 
 /// Coefficients of the straight lines through what the unit itself would read under the same
 /// forces, force by force; `None` where a tile touches.
-fn of_unit(unit: &UnitModel, readings: &[Reading], axes: &[usize]) -> Option<Vec<f64>> {
+fn of_unit(unit: &ThreeAxisModel, readings: &[Reading], axes: &[usize]) -> Option<Vec<f64>> {
     let predicted = |r: &Reading| {
         let (_, response) = unit.predict(r.force);
         let open = !response.closed().contains(&true);

@@ -6,7 +6,7 @@ use super::problem::{least_gap, name, unit, values};
 use crate::hysteresis;
 use crate::options::SyntheticOptions;
 use taxel::mechanics::LoadHistory;
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel_numerics::Noise;
 
 /// Share of the readings at rest before each cycle.
@@ -20,7 +20,7 @@ const PRELOAD: f64 = 0.3;
 /// along x and along y under a light pressing force. Forces reach as far as
 /// closes `compression` of the air. A tilted probe turns the gauge about y;
 /// along each axis the force on loading exceeds that on unloading by `hysteresis`.
-pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
+pub(super) fn table(made: &ThreeAxisModel, options: &SyntheticOptions) -> String {
     let truth = tilted(made, options.tilt);
     let most = largest(made, options.compression);
     let loads: Vec<Option<[f64; 3]>> = (0..options.readings)
@@ -68,7 +68,7 @@ pub(super) fn table(made: &UnitModel, options: &SyntheticOptions) -> String {
 }
 
 /// The unit as a gauge sees it that is turned by `tilt`, rad, about y: S·R.
-pub(super) fn tilted(made: &UnitModel, tilt: f64) -> UnitModel {
+pub(super) fn tilted(made: &ThreeAxisModel, tilt: f64) -> ThreeAxisModel {
     let (sin, cos) = tilt.sin_cos();
     let turn = [[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]];
     let mut unit = *made;
@@ -81,7 +81,7 @@ pub(super) fn tilted(made: &UnitModel, tilt: f64) -> UnitModel {
 
 /// Largest forces: a normal force that closes `share` of the air, and side
 /// forces that close as much of it on their side as a third of that.
-fn largest(made: &UnitModel, share: f64) -> [f64; 3] {
+fn largest(made: &ThreeAxisModel, share: f64) -> [f64; 3] {
     let air = least_gap(made);
     let compliance = made.suspension.compliance;
     let side = |axis: usize| 2.0 * share * air / (3.0 * compliance[axis][axis]);

@@ -142,7 +142,7 @@ fn normal_sweep(calibrator: &ThreeAxisCalibrator<'_>, last: u32, gauge: f64) -> 
 }
 
 /// The same of any unit.
-fn sweep_of(unit: &UnitModel, last: u32, gauge: f64) -> String {
+fn sweep_of(unit: &ThreeAxisModel, last: u32, gauge: f64) -> String {
     let mut text = String::from(
         "force_z [mN],capacitance_11 [fF],capacitance_12 [fF],capacitance_21 [fF],capacitance_22 [fF],\
          force_deviation [mN],capacitance_deviation [fF]\n",

@@ -13,7 +13,7 @@ use crate::training::{
 use taxel::InputError;
 use taxel::electronics::times_in_another_unit;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, Rest};
+use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, RestStatistics};
 
 /// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;
@@ -36,7 +36,7 @@ const OVERLAP: f64 = 0.75;
 pub(super) fn train(
     runs: &[Run],
     frame_rate: f64,
-    (rest, relation): (Option<&Rest>, Option<&Relation>),
+    (rest, relation): (Option<&RestStatistics>, Option<&Relation>),
     found: &mut Outcome,
 ) -> Result<Option<ForceMap>, InputError> {
     let runs = touched(runs, found)?;

@@ -16,7 +16,7 @@ use crate::split::HoldOut;
 use crate::toml_tables::{append, rounded};
 use taxel::InputError;
 use taxel::estimation::rest_at_start;
-use taxel::trained::{Relation, Rest, Standard, TrainedMaps, TrainingError};
+use taxel::trained::{Relation, RestStatistics, Standard, TrainedMaps, TrainingError};
 
 use crate::training::{Compared, REST_FRAMES, Session, trained_relation};
 
@@ -170,7 +170,7 @@ fn relation(runs: &[Run], tared: bool) -> Result<Option<Relation>, TrainingError
 
 /// Readings without contact over all runs that begin so; each run gets the rest that a capture at
 /// its start takes live.
-fn rest(runs: &mut [Run]) -> Rest {
+fn rest(runs: &mut [Run]) -> RestStatistics {
     let deviation = deviations(runs);
     for run in runs.iter_mut().filter(|run| run.session.force.is_some()) {
         let frames = run.session.sensor.rows();
@@ -181,7 +181,7 @@ fn rest(runs: &mut [Run]) -> Rest {
         baselines.iter().map(|row| row[channel]).sum::<f64>() / baselines.len() as f64
     };
     let width = deviation.len();
-    Rest {
+    RestStatistics {
         mean: (0..width).map(mean).collect(),
         step: (0..width)
             .map(|channel| least_step(runs, channel))
@@ -277,7 +277,7 @@ fn other_rate(named: &NamedSensor<'_>, options: &CalibrateOptions) -> Option<Rem
 const MORE_NOISE: f64 = 1.5;
 
 /// Readings that scatter at rest by more than the sensor file says.
-fn noisier(named: &NamedSensor<'_>, rest: &Rest, broken: &[bool]) -> Option<Remark> {
+fn noisier(named: &NamedSensor<'_>, rest: &RestStatistics, broken: &[bool]) -> Option<Remark> {
     let unit = named.sensor.trained().ok()?.unit;
     let drawn = named.sensor.electronics.measured()?.deviation() / unit.si_per_unit;
     let found = rest.deviation.iter().zip(broken);

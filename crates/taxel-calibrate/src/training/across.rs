@@ -8,7 +8,8 @@
 
 use rayon::prelude::*;
 use taxel::trained::{
-    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, Rest, Ridge, TrainingError,
+    BetweenRuns, ForceMap, Intervals, MemoryLaw, Polynomial, Relation, RestStatistics, Ridge,
+    TrainingError,
 };
 use taxel_numerics::split_mix;
 
@@ -195,7 +196,7 @@ impl AcrossRuns {
     pub fn judged_live(
         self,
         runs: &[Session],
-        rest: &Rest,
+        rest: &RestStatistics,
         relation: Option<&Relation>,
     ) -> Result<Self, TrainingError> {
         let (map, options) = (&self.map, &self.options);

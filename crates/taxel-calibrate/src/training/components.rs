@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use taxel::estimation::Touch;
 use taxel::trained::{
-    BetweenRuns, Component, ComponentMap, ForceMap, Relation, Rest, Ridge, TrainingError,
+    BetweenRuns, Component, ComponentMap, ForceMap, Relation, RestStatistics, Ridge, TrainingError,
 };
 
 use super::across::{CLEARLY_LESS, Divided, NO_WORSE, mean};
@@ -33,7 +33,7 @@ pub fn trained_components(
     map: &ForceMap,
     runs: &[Session],
     options: &ForceOptions,
-    (rest, relation): (&Rest, Option<&Relation>),
+    (rest, relation): (&RestStatistics, Option<&Relation>),
 ) -> Result<Vec<TrainedComponent>, TrainingError> {
     let mut found = Vec::new();
     for component in Component::ALL {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use taxel::acquisition::Frame;
 use taxel::estimation::{ArrayEstimator, Scale, Touch, TrainedArea, TrainedReader};
-use taxel::trained::{ForceMap, Relation, Rest, Ridge, TrainedMaps, TrainingError};
+use taxel::trained::{ForceMap, Relation, RestStatistics, Ridge, TrainedMaps, TrainingError};
 
 use super::force::{blocks_of, known_before, moments_of, moments_of_all};
 use super::{ForceOptions, HeldOutForce, Series, Session, TrainingRun};
@@ -17,7 +17,7 @@ pub(super) type Of<'a> = &'a (dyn Fn(&Touch) -> [f64; 2] + Sync);
 /// Runs with what live knows beside the map of the force.
 pub(super) struct Live<'a> {
     pub(super) runs: &'a [Session],
-    pub(super) rest: &'a Rest,
+    pub(super) rest: &'a RestStatistics,
     pub(super) relation: Option<&'a Relation>,
 }
 

@@ -6,7 +6,7 @@ use taxel::mechanics::{EndCondition, GivenFactor};
 use taxel::predict::{Loads, Predictor};
 use taxel::sensor::{Element, Sensor};
 use taxel::table::Cell;
-use taxel::transduction::{CapacitanceLaw, UnitModel};
+use taxel::transduction::{CapacitanceLaw, ThreeAxisModel};
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, HoldOut, NamedSensor, Outcome, Propagated, Provenance,
     ReadingTable, SyntheticOptions, calibrator,
@@ -244,14 +244,14 @@ fn coarse(sensors: Vec<Sensor>, given: bool) -> Bench {
     Bench::new(sensors, Box::new(table), "")
 }
 
-fn made(sensors: &[Sensor]) -> UnitModel {
+fn made(sensors: &[Sensor]) -> ThreeAxisModel {
     sensors[0].three_axis().unwrap().made()[0]
 }
 
 /// A table of 160 forces, mN, of which the gauge reads that along z with a deviation,
 /// mN, and the capacitances with another, fF.
 fn rows(
-    unit: &UnitModel,
+    unit: &ThreeAxisModel,
     deviations: [f64; 2],
     seed: u64,
     path: impl Fn(f64) -> [f64; 3],
@@ -381,7 +381,7 @@ fn case(name: &'static str, short: bool, bench: Bench) -> Case {
 
 /// Stiffnesses of a unit by straight lines through what it reads under the forces of a
 /// table: they depend on the loads that the lines are drawn through.
-fn straight_lines(unit: &UnitModel, text: &str) -> Vec<(String, f64)> {
+fn straight_lines(unit: &ThreeAxisModel, text: &str) -> Vec<(String, f64)> {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     let place = |axis: &str| {

@@ -13,7 +13,7 @@ use crate::scalar::{PAIRS, Symmetric, Tensor, determinant, inverse};
 
 /// Displacement of each node, in the units of the mesh.
 #[derive(Clone, Copy, Debug, Default)]
-pub enum Motion<'a> {
+pub enum MeshMotion<'a> {
     /// The mesh as it is.
     #[default]
     None,
@@ -41,7 +41,7 @@ pub struct Domain<'a> {
     /// Body that the mesh stands for.
     pub geometry: Geometry,
     /// Motion of the mesh.
-    pub motion: Motion<'a>,
+    pub motion: MeshMotion<'a>,
     /// The unbounded rest of space, when the mesh carries its image.
     pub exterior: Option<&'a Exterior>,
 }
@@ -158,7 +158,7 @@ impl Domain<'_> {
                 expected,
             });
         }
-        if let Motion::PulledBack(u) | Motion::Moved(u) = self.motion {
+        if let MeshMotion::PulledBack(u) | MeshMotion::Moved(u) = self.motion {
             let expected = self.mesh.points.len();
             if u.len() != expected {
                 return Err(FieldError::WrongLength {
@@ -275,7 +275,7 @@ impl Domain<'_> {
         let nodes = self.mesh.cell(cell);
         let dimension = self.mesh.dimension();
         let (mut at, mut jacobian) = interpolate(&self.mesh.points, nodes, shapes, dimension);
-        if let Motion::Moved(u) = self.motion {
+        if let MeshMotion::Moved(u) = self.motion {
             let (moved, gradient) = interpolate(u, nodes, shapes, dimension);
             for i in 0..dimension {
                 at[i] += moved[i];
@@ -291,7 +291,7 @@ impl Domain<'_> {
         self.upright(cell, at, ratio)?;
         let to_reference = inverse(&jacobian, ratio);
         let mut k = self.seen_outside(cell, k, at);
-        if let Motion::PulledBack(u) = self.motion {
+        if let MeshMotion::PulledBack(u) = self.motion {
             let (moved, gradient) = interpolate(u, nodes, shapes, dimension);
             let f = self.deformation_gradient(at, moved, &times(&gradient, &to_reference));
             let volume = determinant(&f);

@@ -6,7 +6,7 @@ use super::conduction::Conduction;
 use super::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use super::exterior::{Ball, Exterior, add_exterior};
 use super::geometry::Geometry;
-use super::laplace::{Coefficient, Domain, Motion};
+use super::laplace::{Coefficient, Domain, MeshMotion};
 use super::sections::{sections, slender_resistance};
 use crate::mesh::Mesh;
 use proptest::prelude::*;
@@ -24,7 +24,7 @@ fn domain(mesh: &Mesh, geometry: Geometry) -> Domain<'_> {
     Domain {
         mesh,
         geometry,
-        motion: Motion::None,
+        motion: MeshMotion::None,
         exterior: None,
     }
 }
@@ -111,7 +111,7 @@ fn a_stretched_block_scales_exactly() {
         .iter()
         .map(|p| std::array::from_fn(|i| (stretches[i] - 1.0) * p[i]))
         .collect();
-    for motion in [Motion::PulledBack(&moved), Motion::Moved(&moved)] {
+    for motion in [MeshMotion::PulledBack(&moved), MeshMotion::Moved(&moved)] {
         let domain = Domain {
             motion,
             ..domain(&mesh, Geometry::Solid)
@@ -224,11 +224,11 @@ fn pulled_back_and_moved_are_one() {
             let found = capacitance(domain, &media, &ends[..1], &[], &ends[1..]).unwrap();
             found.matrix[0][0]
         };
-        let pulled_back = with(Motion::PulledBack(motion));
-        let moved = with(Motion::Moved(motion));
+        let pulled_back = with(MeshMotion::PulledBack(motion));
+        let moved = with(MeshMotion::Moved(motion));
         // Equal integrands at equal points: rounding alone.
         assert!(apart(pulled_back, moved) < 1e-12, "{geometry:?}");
-        assert!(apart(with(Motion::None), moved) > 1e-3, "{geometry:?}");
+        assert!(apart(with(MeshMotion::None), moved) > 1e-3, "{geometry:?}");
     }
 }
 
@@ -246,7 +246,7 @@ fn a_tensor_is_what_a_shear_makes_of_a_scalar() {
     let k = Coefficient::Tensor([1.0 + shear * shear, 1.0, 1.0, 0.0, 0.0, -shear]);
     let tensor = capacitance(domain, &[("block", k)], &["high z"], &[], &["low z"]).unwrap();
     let sheared = Domain {
-        motion: Motion::Moved(&moved),
+        motion: MeshMotion::Moved(&moved),
         ..domain
     };
     let scalar = capacitance(sheared, &ones(&["block"]), &["high z"], &[], &["low z"]).unwrap();
@@ -324,7 +324,7 @@ fn an_inflated_sphere_is_a_larger_sphere() {
             p.map(|x| factor * x)
         })
         .collect();
-    for motion in [Motion::PulledBack(&moved), Motion::Moved(&moved)] {
+    for motion in [MeshMotion::PulledBack(&moved), MeshMotion::Moved(&moved)] {
         let domain = Domain {
             motion,
             exterior: Some(&exterior),
@@ -396,7 +396,10 @@ fn what_cannot_be_solved_is_named() {
     for &node in &mesh.node_sets["sheet"] {
         moved[node as usize][1] = -0.6;
     }
-    for motion in [Motion::PulledBack(&moved[..]), Motion::Moved(&moved)] {
+    for motion in [
+        MeshMotion::PulledBack(&moved[..]),
+        MeshMotion::Moved(&moved),
+    ] {
         let domain = Domain { motion, ..field };
         let found = capacitance(domain, &media, &["top"], &[], &["bottom"]);
         let error = error(found);
@@ -404,7 +407,7 @@ fn what_cannot_be_solved_is_named() {
         assert!(error.to_string().contains("volume ratio -"), "{error}");
     }
     let short = Domain {
-        motion: Motion::Moved(&moved[1..]),
+        motion: MeshMotion::Moved(&moved[1..]),
         ..field
     };
     let found = capacitance(short, &media, &["top"], &[], &["bottom"]);
@@ -423,7 +426,7 @@ fn a_wrong_outside_is_named() {
     let exterior = sphere_with(&mut mesh);
     let moved = vec![[0.0, 1e-3, 0.0]; mesh.points.len()];
     let domain = Domain {
-        motion: Motion::Moved(&moved),
+        motion: MeshMotion::Moved(&moved),
         exterior: Some(&exterior),
         ..domain(&mesh, Geometry::Axisymmetric)
     };

@@ -55,14 +55,14 @@ fn before(least: Option<&LeastVolume>) -> String {
 
 /// The motion of a body against which it has the least stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub struct UnstableMode {
     /// Undeformed place of the node that moves most.
     pub place: [f64; 3],
     /// Unit direction of its motion, of either sign.
     pub direction: [f64; 3],
 }
 
-impl std::fmt::Display for Mode {
+impl std::fmt::Display for UnstableMode {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [u, v, w] = self.direction;
         write!(
@@ -208,7 +208,7 @@ pub enum Reason {
     #[error("the equilibrium found is not stable: a limit point or a bifurcation lies before it{}", .mode.map(|mode| mode.to_string()).unwrap_or_default())]
     Unstable {
         /// The way in which the body would leave it; none where it was not looked for.
-        mode: Option<Mode>,
+        mode: Option<UnstableMode>,
     },
     /// There is no equilibrium near beyond: a limit of the given loads. Followed by arc length, the
     /// load turns.
@@ -257,7 +257,7 @@ impl Reason {
             }
             | Self::CellGivesWay(LeastVolume { place, .. })
             | Self::Unstable {
-                mode: Some(Mode { place, .. }),
+                mode: Some(UnstableMode { place, .. }),
             }
             | Self::Chatter { place, .. }
             | Self::LostEllipticity { place, .. }

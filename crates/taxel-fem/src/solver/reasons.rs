@@ -2,7 +2,7 @@
 
 use taxel_numerics::dense::dot;
 
-use super::failure::{Mode, Reason};
+use super::failure::{Reason, UnstableMode};
 use super::newton::{Missed, Solver, since_least};
 use super::small::axpy;
 use crate::assembly::state::State;
@@ -361,7 +361,7 @@ impl Solver {
     }
 
     /// Where a motion is greatest, and its direction there.
-    fn mode(&self, motion: &[[f64; 3]]) -> Mode {
+    fn mode(&self, motion: &[[f64; 3]]) -> UnstableMode {
         let places = self.problem.mesh.points.iter().zip(motion);
         let first = (&[0.0; 3], &[0.0; 3]);
         let (place, most) = places.fold(first, |most, own| {
@@ -371,7 +371,7 @@ impl Solver {
                 most
             }
         });
-        Mode {
+        UnstableMode {
             place: *place,
             direction: most.map(|x| x / length(most)),
         }

@@ -247,7 +247,7 @@ fn graded(marks: &[(f64, Option<Growth>)], free: Growth) -> Result<Axis, MeshErr
 
 /// The layer under one load; forces of the whole, per depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pressed {
+pub struct PressedLayer {
     /// Sinking of the top over the thickness.
     pub compression: f64,
     /// Force over the loaded length at rest, Pa.
@@ -305,7 +305,7 @@ impl LayerStudy {
     ///
     /// # Errors
     /// When the solution fails on the way; it stays at the last good state.
-    pub fn press(&mut self, compression: f64) -> Result<Pressed, Failure> {
+    pub fn press(&mut self, compression: f64) -> Result<PressedLayer, Failure> {
         let mut targets = self.solver.targets().to_vec();
         targets[self.travel.0] = compression * self.layer.thickness;
         if targets != self.solver.targets() {
@@ -318,12 +318,12 @@ impl LayerStudy {
     ///
     /// # Errors
     /// When the state is not valid.
-    pub fn pressed(&mut self) -> Result<Pressed, Failure> {
+    pub fn pressed(&mut self) -> Result<PressedLayer, Failure> {
         let along = self.solver.evaluate()?.along[self.travel.0];
         let travel = self.solver.state().parameters[self.travel.0];
         let stress = self.solver.greatest_stress();
         let least = self.solver.least_volume_ratio();
-        Ok(Pressed {
+        Ok(PressedLayer {
             least_volume_ratio: least.map_or(1.0, |least| least.ratio),
             compression: travel / self.layer.thickness,
             mean_stress: along / self.layer.loaded,

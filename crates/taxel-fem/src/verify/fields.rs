@@ -25,7 +25,7 @@ fn limit(effort: Effort) -> f64 {
 fn add(
     case: &mut Case,
     effort: Effort,
-    solve: impl Fn(u32) -> Result<cases::Case, FieldError>,
+    solve: impl Fn(u32) -> Result<cases::FieldCase, FieldError>,
 ) -> Result<(), Failure> {
     let solved = solve(level(effort))?;
     case.relative(

@@ -4,7 +4,7 @@ use super::{Case, Effort};
 use crate::field::conduction::Conduction;
 use crate::field::electrostatics::{Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use crate::field::geometry::Geometry;
-use crate::field::laplace::{Coefficient, Domain, Motion};
+use crate::field::laplace::{Coefficient, Domain, MeshMotion};
 use crate::material::{Law, Material, Volumetric};
 use crate::mesh::{Axis, Grid3};
 use crate::problem::Kinematics;
@@ -37,8 +37,8 @@ pub(super) fn solve(case: &mut Case, _effort: Effort) -> Result<(), Failure> {
         let moved = &solver.state().displacement;
         let mut found = Vec::new();
         for (name, motion) in [
-            ("pulled back", Motion::PulledBack(moved)),
-            ("moved mesh", Motion::Moved(moved)),
+            ("pulled back", MeshMotion::PulledBack(moved)),
+            ("moved mesh", MeshMotion::Moved(moved)),
         ] {
             let domain = Domain {
                 mesh,

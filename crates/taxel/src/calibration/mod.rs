@@ -5,7 +5,7 @@ mod microchannel;
 use crate::layout::Layout;
 use crate::mechanics::{ForceHysteresis, RelaxationTerm};
 use crate::signal::NumberScale;
-use crate::transduction::UnitModel;
+use crate::transduction::ThreeAxisModel;
 use taxel_recording::SignalUnit;
 
 pub use microchannel::{
@@ -14,7 +14,7 @@ pub use microchannel::{
 
 /// All that estimation needs to know of an array of three-axis units.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Calibration {
+pub struct ThreeAxisCalibration {
     /// Where the taxels are.
     pub layout: Layout,
     /// Numbers of a frame to capacitance.
@@ -22,7 +22,7 @@ pub struct Calibration {
     /// Quantity and unit of those numbers.
     pub unit: SignalUnit,
     /// The model of each taxel.
-    pub units: Vec<UnitModel>,
+    pub units: Vec<ThreeAxisModel>,
     /// Standard deviation of one reading of each capacitor, F.
     pub deviation: Vec<[f64; 4]>,
     /// Capacitors that are not used.
@@ -37,9 +37,9 @@ pub struct Calibration {
     pub usable_force: f64,
 }
 
-impl Calibration {
+impl ThreeAxisCalibration {
     /// Rest capacitances of all units in the order of a frame, F.
     pub fn rest(&self) -> Vec<f64> {
-        self.units.iter().flat_map(UnitModel::rest).collect()
+        self.units.iter().flat_map(ThreeAxisModel::rest).collect()
     }
 }

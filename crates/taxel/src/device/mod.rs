@@ -16,7 +16,7 @@ mod trained;
 
 use crate::acquisition::{SignalUnit, Simulated, Stream};
 use crate::drawing::Drawing;
-use crate::electronics::{Delivered, FrontEnd, LastStage};
+use crate::electronics::{CapacitanceBoard, Delivered, LastStage};
 use crate::estimation::{FrameError, ObserverOptions, Reader, TouchSession};
 use crate::information::{Information, InformationOptions, NoInformation};
 use crate::layout::Layout;
@@ -32,14 +32,14 @@ pub use chain::{ChainDevice, ChainPredictor, ChainReader, Registry, read_back};
 pub use in_plane_capacitor::{InPlaneArray, InPlaneLoadState, InPlanePrediction, InPlanePredictor};
 pub use measured_force::MeasuredForceArray;
 pub use microchannel::{
-    LAYERS, LayerAnswer, LayerState, MicrochannelArray, MicrochannelPrediction,
+    LAYERS, LayerAnswer, MicrochannelArray, MicrochannelLayerState, MicrochannelPrediction,
     MicrochannelPredictor, PartAnswer, loads as microchannel_loads,
 };
 pub use piezoelectric::{
     Drive, PiezoelectricArray, PiezoelectricPredictor, PlaceInformation, PlacedContact, TestAnswer,
 };
 pub use three_axis_capacitor::{
-    CapacitanceParts, LoadState, Prediction, ThreeAxisArray, ThreeAxisPredictor,
+    CapacitanceParts, ThreeAxisArray, ThreeAxisLoadState, ThreeAxisPrediction, ThreeAxisPredictor,
 };
 pub use trained::{ReadingUnit, TrainedArray, TrainedPredictor};
 
@@ -344,7 +344,7 @@ fn of_table(group: &'static str, table: &PathTable) -> Vec<Fact> {
 }
 
 /// Quantities derived from a board that reads capacitors.
-fn capacitor_board(board: &FrontEnd) -> Vec<Fact> {
+fn capacitor_board(board: &CapacitanceBoard) -> Vec<Fact> {
     let [low, high] = board.span();
     let mut facts = timing(
         board.period(),

@@ -210,7 +210,7 @@ impl Electronics {
 
 /// The board of an array of units with four capacitors each, or with one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FrontEnd {
+pub struct CapacitanceBoard {
     /// Capacitors along each side of a unit: two or one.
     side: usize,
     frame_rate: f64,
@@ -223,7 +223,7 @@ pub struct FrontEnd {
     columns: usize,
 }
 
-impl FrontEnd {
+impl CapacitanceBoard {
     /// The board for `rows` x `columns` units; `None` when it takes no capacitance.
     pub fn new(electronics: &Electronics, rows: usize, columns: usize) -> Option<Self> {
         Self::with_side(2, electronics, rows, columns)

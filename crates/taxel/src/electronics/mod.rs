@@ -20,7 +20,7 @@ pub use converter::{Code, Converter};
 pub use divider_board::DividerBoard;
 pub use first_order_filter::FirstOrderFilter;
 pub use front_end::{
-    Digital, DigitalUnit, Electronics, FrontEnd, Readout, Stage, times_in_another_unit,
+    CapacitanceBoard, Digital, DigitalUnit, Electronics, Readout, Stage, times_in_another_unit,
 };
 pub use last_stage::{Delivered, LastStage};
 pub use measured::{Measured, MeasuredUnit, Noises, Stated};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::kernel_regression::{KernelRegression, Press, Trust};
+use super::kernel_regression::{IndentationForces, KernelRegression, Trust};
 use super::localisation::{ContactPosition, Localiser, Located};
 use super::position_fit::ProfileFit;
 use crate::trained::{IndentationMap, PositionMethod, TrainingError};
@@ -40,12 +40,12 @@ pub fn regression(
     map: &IndentationMap,
     profile: &ProfileFit,
 ) -> Result<KernelRegression, TrainingError> {
-    let press = |index: usize| Press {
+    let press = |index: usize| IndentationForces {
         forces: map.directions[index].clone(),
         position: map.positions[index],
         radius: map.radii.get(index).copied(),
     };
-    let presses: Vec<Press> = (0..map.positions.len()).map(press).collect();
+    let presses: Vec<IndentationForces> = (0..map.positions.len()).map(press).collect();
     let kernel = KernelRegression::observe(map.kernel(), &presses, profile.model())?;
     Ok(kernel.with_trust(Trust {
         spread: map.spread,

@@ -9,7 +9,7 @@ use crate::trained::{FEWEST_PRESSES, GaussianProcess, Kernel, TrainingError};
 
 /// One indentation at a known position.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Press {
+pub struct IndentationForces {
     /// Forces on all elements, N.
     pub forces: Vec<f64>,
     /// Centre on the developed surface, m.
@@ -65,7 +65,10 @@ impl KernelRegression {
     ///
     /// # Errors
     /// As [`Self::observe`].
-    pub fn kernel(presses: &[Press], model: &ProfileModel) -> Result<Kernel, TrainingError> {
+    pub fn kernel(
+        presses: &[IndentationForces],
+        model: &ProfileModel,
+    ) -> Result<Kernel, TrainingError> {
         let groups = groups(presses, model)?;
         let pitch = model.pitch;
         let kernel = |length: f64, deviation: f64, noise: f64| Kernel {
@@ -103,7 +106,7 @@ impl KernelRegression {
     /// another number of elements, or none at all.
     pub fn observe(
         kernel: Kernel,
-        presses: &[Press],
+        presses: &[IndentationForces],
         model: &ProfileModel,
     ) -> Result<Self, TrainingError> {
         let groups = groups(presses, model)?;
@@ -172,7 +175,7 @@ struct Group {
 impl Group {
     fn new(
         radius: Option<f64>,
-        presses: &[&Press],
+        presses: &[&IndentationForces],
         model: &ProfileModel,
     ) -> Result<Self, TrainingError> {
         let mut group = Self {
@@ -220,7 +223,10 @@ impl Group {
 
 /// Presses by their radius; all together where one radius has too few, or none
 /// is known.
-fn groups(presses: &[Press], model: &ProfileModel) -> Result<Vec<Group>, TrainingError> {
+fn groups(
+    presses: &[IndentationForces],
+    model: &ProfileModel,
+) -> Result<Vec<Group>, TrainingError> {
     let (found, needed) = (presses.len(), FEWEST_PRESSES);
     let Some(first) = presses.first().filter(|_| found >= needed) else {
         return Err(TrainingError::TooFew { found, needed });
@@ -236,13 +242,13 @@ fn groups(presses: &[Press], model: &ProfileModel) -> Result<Vec<Group>, Trainin
     let mut radii: Vec<Option<f64>> = presses.iter().map(|press| press.radius).collect();
     radii.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
     radii.dedup();
-    let of = |radius: &Option<f64>| -> Vec<&Press> {
+    let of = |radius: &Option<f64>| -> Vec<&IndentationForces> {
         let such = presses.iter().filter(|press| press.radius == *radius);
         such.collect()
     };
-    let parts: Vec<Vec<&Press>> = radii.iter().map(of).collect();
+    let parts: Vec<Vec<&IndentationForces>> = radii.iter().map(of).collect();
     if parts.iter().any(|part| part.len() < FEWEST_PRESSES) {
-        let all: Vec<&Press> = presses.iter().collect();
+        let all: Vec<&IndentationForces> = presses.iter().collect();
         return Ok(vec![Group::new(None, &all, model)?]);
     }
     let pairs = radii.into_iter().zip(&parts);
@@ -270,7 +276,7 @@ mod tests {
     use crate::trained::{IndentationMap, PositionMethod};
 
     /// Presses of each radius on a grid of 1 mm.
-    fn presses(radii: &[f64]) -> Vec<Press> {
+    fn presses(radii: &[f64]) -> Vec<IndentationForces> {
         let mut presses = Vec::new();
         for radius in radii {
             let mut bench = Presses::new(*radius, 5);
@@ -280,7 +286,7 @@ mod tests {
                     f64::from(index / 13) * 1e-3 - 2e-3,
                 ];
                 let (forces, _) = bench.forces(position);
-                presses.push(Press {
+                presses.push(IndentationForces {
                     forces,
                     position,
                     radius: Some(*radius),
@@ -296,7 +302,7 @@ mod tests {
             .clone()
     }
 
-    fn trained(presses: &[Press]) -> Result<KernelRegression, TrainingError> {
+    fn trained(presses: &[IndentationForces]) -> Result<KernelRegression, TrainingError> {
         let model = model();
         let kernel = KernelRegression::kernel(presses, &model)?;
         KernelRegression::observe(kernel, presses, &model)
@@ -436,7 +442,7 @@ mod tests {
     #[test]
     fn what_cannot_be_learned_is_named() {
         let sound = presses(&[2.9e-3]);
-        let refused = |change: &dyn Fn(&mut Vec<Press>)| {
+        let refused = |change: &dyn Fn(&mut Vec<IndentationForces>)| {
             let mut presses = sound.clone();
             change(&mut presses);
             trained(&presses).unwrap_err()

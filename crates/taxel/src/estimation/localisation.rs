@@ -1,7 +1,7 @@
 //! Where a round contact presses a soft cover, from the profile of the elements
 //! below it.
 
-use crate::mechanics::{Base, Contact, SoftCover};
+use crate::mechanics::{Base, ContactPressure, SoftCover};
 
 /// Estimator of the position of one contact from the forces on all elements.
 ///
@@ -214,7 +214,7 @@ impl ProfileModel {
         SoftCover {
             thickness: self.thickness,
             base: Base::Rigid,
-            contact: Contact::Hertz(radius),
+            contact: ContactPressure::Hertz(radius),
         }
     }
 
@@ -292,7 +292,7 @@ pub(super) mod tests {
             let cover = SoftCover {
                 thickness: THICKNESS,
                 base: Base::Rigid,
-                contact: Contact::Hertz(radius),
+                contact: ContactPressure::Hertz(radius),
             };
             let mut presses = Self {
                 table: cover.table(),

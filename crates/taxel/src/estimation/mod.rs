@@ -53,7 +53,7 @@ pub use health::{
     ChannelFacts, ChannelHealth, ChannelReading, Condition, HealthMonitor, HealthOptions,
 };
 pub use indentation_map::{localiser, regression};
-pub use kernel_regression::{KernelRegression, Press, Trust};
+pub use kernel_regression::{IndentationForces, KernelRegression, Trust};
 pub use localisation::{
     Centroid, ContactPosition, ELLIPSE_95, Localiser, Located, Method, ProfileModel,
 };

@@ -1,7 +1,7 @@
 //! Two capacitors of a three-axis unit that changed places.
 
 use super::unit::{SearchOptions, estimate_unit};
-use crate::transduction::UnitModel;
+use crate::transduction::ThreeAxisModel;
 
 /// All pairs of the capacitors 11, 12, 21, 22.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2]];
@@ -18,7 +18,7 @@ const BEYOND: f64 = 6.0;
 /// shear and contradicts nothing; only such a difference at rest shows it. A rest
 /// that was captured after the exchange has changed places with the capacitors:
 /// both are looked at, and then two pairs are named again.
-pub fn swapped(unit: &UnitModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<[usize; 2]> {
+pub fn swapped(unit: &ThreeAxisModel, readings: &[[f64; 4]], sigma: [f64; 4]) -> Vec<[usize; 2]> {
     let count = readings.len() as f64;
     let bound = count + BEYOND * (2.0 * count).sqrt();
     if misfit(unit, readings, sigma, None) <= bound {
@@ -62,7 +62,13 @@ impl SwapWatch {
 
     /// Takes the capacitances, F, of a unit in a frame that contradict its model
     /// with the noise `sigma`, F.
-    pub fn push(&mut self, unit: usize, reading: [f64; 4], model: &UnitModel, sigma: [f64; 4]) {
+    pub fn push(
+        &mut self,
+        unit: usize,
+        reading: [f64; 4],
+        model: &ThreeAxisModel,
+        sigma: [f64; 4],
+    ) {
         let Some(suspect) = self.units.get_mut(unit) else {
             return;
         };
@@ -93,7 +99,7 @@ impl SwapWatch {
 }
 
 /// The unit whose rest was captured with the pair in each other's place.
-fn with_rest_exchanged(mut unit: UnitModel, [a, b]: [usize; 2]) -> UnitModel {
+fn with_rest_exchanged(mut unit: ThreeAxisModel, [a, b]: [usize; 2]) -> ThreeAxisModel {
     unit.plates.air_gap.swap(a, b);
     unit.plates.parallel_capacitance.swap(a, b);
     unit
@@ -102,7 +108,7 @@ fn with_rest_exchanged(mut unit: UnitModel, [a, b]: [usize; 2]) -> UnitModel {
 /// Sum of the misfits of all readings, each of one degree of freedom, with a
 /// pair exchanged.
 fn misfit(
-    unit: &UnitModel,
+    unit: &ThreeAxisModel,
     readings: &[[f64; 4]],
     sigma: [f64; 4],
     pair: Option<[usize; 2]>,
@@ -129,7 +135,7 @@ mod tests {
     use super::*;
     use crate::sensor::Sensor;
 
-    fn readings(unit: &UnitModel) -> Vec<[f64; 4]> {
+    fn readings(unit: &ThreeAxisModel) -> Vec<[f64; 4]> {
         let forces = [
             [3e-3, 0.0, 8e-3],
             [0.0, 3e-3, 8e-3],

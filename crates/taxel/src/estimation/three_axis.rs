@@ -13,10 +13,10 @@ use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::unit::{Outcome, SearchOptions, UnitEstimate, estimate_unit};
 use super::{ChannelFacts, FrameError, Wiring};
 use crate::acquisition::Quantity;
-use crate::calibration::Calibration;
+use crate::calibration::ThreeAxisCalibration;
 use crate::mechanics::{LoadHistory, Relaxation};
 use crate::signal::NumberScale;
-use crate::transduction::UnitModel;
+use crate::transduction::ThreeAxisModel;
 
 /// Options of the reader of three-axis units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +58,8 @@ pub const CAPACITORS: [&str; 4] = ["11", "12", "21", "22"];
 /// Reads arrays of three-axis units.
 #[derive(Debug, Clone)]
 pub struct ThreeAxisReader {
-    drawn: Calibration,
-    calibration: Calibration,
+    drawn: ThreeAxisCalibration,
+    calibration: ThreeAxisCalibration,
     options: ThreeAxisOptions,
     /// Numbers of a frame to capacitances.
     scale: NumberScale,
@@ -95,7 +95,7 @@ impl ThreeAxisReader {
     /// # Errors
     /// [`FrameError::Quantity`] when the device cannot have such values.
     pub fn new(
-        calibration: Calibration,
+        calibration: ThreeAxisCalibration,
         quantity: Quantity,
         options: ThreeAxisOptions,
     ) -> Result<Self, FrameError> {
@@ -126,7 +126,7 @@ impl ThreeAxisReader {
     }
 
     /// The calibration in force.
-    pub fn calibration(&self) -> &Calibration {
+    pub fn calibration(&self) -> &ThreeAxisCalibration {
         &self.calibration
     }
 
@@ -360,7 +360,7 @@ impl Reader for ThreeAxisReader {
     }
 }
 
-fn meaning(calibration: &Calibration) -> Meaning {
+fn meaning(calibration: &ThreeAxisCalibration) -> Meaning {
     let layout = &calibration.layout;
     let name = |taxel: usize, capacitor: &str| {
         let (row, column) = (taxel / layout.columns, taxel % layout.columns);
@@ -386,7 +386,7 @@ fn meaning(calibration: &Calibration) -> Meaning {
 }
 
 /// Least and most that a capacitor without fault reads, F.
-fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
+fn bounds(unit: &ThreeAxisModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
     let plates = &unit.plates;
     let beyond = |share: f64, reading: f64, i: usize| {
         let parallel = plates.parallel_capacitance[i];
@@ -401,7 +401,7 @@ fn bounds(unit: &UnitModel, sigma: &[f64; 4]) -> [[f64; 4]; 2] {
 }
 
 /// Capacitors whose electrodes touch at the estimated force.
-fn closed(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
+fn closed(unit: &ThreeAxisModel, found: &UnitEstimate) -> [bool; 4] {
     let air = unit.plates.air_gaps(&unit.suspension.deform(found.force));
     std::array::from_fn(|i| air[i] < CLOSED_SHARE * unit.plates.air_gap[i])
 }
@@ -411,7 +411,7 @@ fn closed(unit: &UnitModel, found: &UnitEstimate) -> [bool; 4] {
 /// The sinking c|F_x| is subtracted as estimated, but noise alone makes |F_x|
 /// √(2/π)·σ without any side force. c·(2/√π)·σ·exp(−F_x²/2σ²) has this
 /// expectation at F_x = 0 and ends within a few σ.
-fn sinking_by_noise(unit: &UnitModel, found: &UnitEstimate) -> f64 {
+fn sinking_by_noise(unit: &ThreeAxisModel, found: &UnitEstimate) -> f64 {
     let expected = |axis: usize| {
         let (sinking, deviation) = (
             unit.suspension.bump_sinking[axis],

@@ -1,6 +1,6 @@
 //! Four capacitances to a three-axis force with covariance (P2 section 8).
 
-use crate::transduction::UnitModel;
+use crate::transduction::ThreeAxisModel;
 use taxel_numerics::dense::dot3;
 
 /// Options of the search; the defaults suit every unit of the papers.
@@ -79,17 +79,17 @@ impl UnitEstimate {
 /// determine the force without a check; fewer give none.
 ///
 /// ```
-/// use taxel::transduction::UnitModel;
+/// use taxel::transduction::ThreeAxisModel;
 /// use taxel::estimation::{Outcome, SearchOptions, estimate_unit};
 /// # let sensor = taxel::sensor::Sensor::shipped("three-axis-8x8").unwrap();
-/// # let unit: UnitModel = sensor.three_axis().unwrap().unit_model();
+/// # let unit: ThreeAxisModel = sensor.three_axis().unwrap().unit_model();
 /// let readings = unit.predict([3e-3, 0.0, 8e-3]).1.capacitance();
 /// let found = estimate_unit(&unit, readings, [1e-16; 4], [true; 4], &SearchOptions::default());
 /// assert_eq!(found.outcome, Outcome::Converged);
 /// assert!((found.force[2] - 8e-3).abs() < 1e-9);
 /// ```
 pub fn estimate_unit(
-    unit: &UnitModel,
+    unit: &ThreeAxisModel,
     capacitance: [f64; 4],
     sigma: [f64; 4],
     usable: [bool; 4],
@@ -112,7 +112,7 @@ pub fn estimate_unit(
 
 /// State of a search: a force within the formula with its residuals and slopes.
 struct Search<'a> {
-    unit: &'a UnitModel,
+    unit: &'a ThreeAxisModel,
     capacitance: [f64; 4],
     weight: [f64; 4],
     force: [f64; 3],
@@ -126,7 +126,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(unit: &'a UnitModel, capacitance: [f64; 4], weight: [f64; 4]) -> Self {
+    fn new(unit: &'a ThreeAxisModel, capacitance: [f64; 4], weight: [f64; 4]) -> Self {
         Self {
             unit,
             capacitance,
@@ -259,7 +259,7 @@ enum Advance {
 }
 
 /// A missing capacitor gets the value for which the twist is zero.
-fn fill_missing(unit: &UnitModel, capacitance: [f64; 4], usable: [bool; 4]) -> [f64; 4] {
+fn fill_missing(unit: &ThreeAxisModel, capacitance: [f64; 4], usable: [bool; 4]) -> [f64; 4] {
     let Some(missing) = usable.iter().position(|usable| !usable) else {
         return capacitance;
     };

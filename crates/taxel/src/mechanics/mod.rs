@@ -59,12 +59,12 @@ pub use profile::{Profile, SINE_POINTS};
 pub use relaxation::{Relaxation, RelaxationTerm};
 pub use seated_element::{OutsideElementTable, SeatedElement, SeatedSetting};
 pub use soft_cover::{
-    Base, Contact, ShareSlopeTable, ShareTable, ShearTable, SoftCover,
+    Base, ContactPressure, ShareSlopeTable, ShareTable, ShearTable, SoftCover,
     half_space_shear_transmission, half_space_transmission, layer_shear_transmission,
     layer_transmission,
 };
 pub use solved_cell::SolvedCell;
 pub use solved_unit::{Pressed, PressedUnit, SolvedStiffness};
 pub use sphere_on_layer::SpherePressure;
-pub use suspension::{Deformation, SIDE_X, SIDE_Y, Suspension, SuspensionDescription};
+pub use suspension::{SIDE_X, SIDE_Y, Suspension, SuspensionDescription, ThreeAxisDeformation};
 pub use void_stack::VoidStack;

@@ -29,12 +29,12 @@ pub struct SoftCover {
     /// Support below.
     pub base: Base,
     /// Contact of the load.
-    pub contact: Contact,
+    pub contact: ContactPressure,
 }
 
 /// A round normal pressure on the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Contact {
+pub enum ContactPressure {
     /// All in one point.
     Point,
     /// Even over a disc of this radius, m.
@@ -45,7 +45,7 @@ pub enum Contact {
     Sphere(SpherePressure),
 }
 
-impl Contact {
+impl ContactPressure {
     /// Radius of the loaded disc, m.
     pub fn radius(self) -> f64 {
         match self {
@@ -203,8 +203,8 @@ impl SoftCover {
     ///
     /// # Example
     /// ```
-    /// use taxel::mechanics::{Base, Contact, SoftCover};
-    /// let cover = SoftCover { thickness: 1e-3, base: Base::Rigid, contact: Contact::Uniform(1e-3) };
+    /// use taxel::mechanics::{Base, ContactPressure, SoftCover};
+    /// let cover = SoftCover { thickness: 1e-3, base: Base::Rigid, contact: ContactPressure::Uniform(1e-3) };
     /// assert!((cover.share([0.0, 0.0], 2e-3) - 0.668).abs() < 5e-4);
     /// ```
     pub fn share(&self, offset: [f64; 2], side: f64) -> f64 {
@@ -224,8 +224,8 @@ impl SoftCover {
     ///
     /// # Example
     /// ```
-    /// use taxel::mechanics::{Base, Contact, SoftCover};
-    /// let cover = SoftCover { thickness: 1.15e-3, base: Base::Rigid, contact: Contact::Uniform(2e-3) };
+    /// use taxel::mechanics::{Base, ContactPressure, SoftCover};
+    /// let cover = SoftCover { thickness: 1.15e-3, base: Base::Rigid, contact: ContactPressure::Uniform(2e-3) };
     /// let [in_front, across] = cover.shear_shares([2e-3, 0.0], 2e-3);
     /// assert!((in_front - 0.078).abs() < 3e-4 && across.abs() < 1e-12);
     /// ```
@@ -245,8 +245,8 @@ impl SoftCover {
     ///
     /// # Example: all of the force arrives
     /// ```
-    /// use taxel::mechanics::{Base, Contact, SoftCover};
-    /// let cover = SoftCover { thickness: 1e-3, base: Base::Rigid, contact: Contact::Uniform(1e-3) };
+    /// use taxel::mechanics::{Base, ContactPressure, SoftCover};
+    /// let cover = SoftCover { thickness: 1e-3, base: Base::Rigid, contact: ContactPressure::Uniform(1e-3) };
     /// let stress = cover.base_stress([0.0, 0.0, 2.0], [-8e-3, -8e-3], 0.5e-3, [32, 32]);
     /// let force: f64 = stress.iter().map(|stress| stress * 0.5e-3 * 0.5e-3).sum();
     /// assert!((force / 2.0 - 1.0).abs() < 2e-3);
@@ -554,7 +554,7 @@ mod tests {
     const POINT_ON_A_HALF_SPACE: SoftCover = SoftCover {
         thickness: 1e-3,
         base: Base::HalfSpace,
-        contact: Contact::Point,
+        contact: ContactPressure::Point,
     };
 
     #[test]
@@ -617,7 +617,7 @@ mod tests {
         let cover = SoftCover {
             thickness: 0.75e-3,
             base: Base::Rigid,
-            contact: Contact::Uniform(2e-3),
+            contact: ContactPressure::Uniform(2e-3),
         };
         let table = cover.slope_table(6e-3);
         for offset in [[0.3e-3, -0.2e-3], [2.1e-3, 1.0e-3], [-3.0e-3, 0.4e-3]] {
@@ -642,9 +642,9 @@ mod tests {
     #[test]
     fn points_between_those_that_are_integrated_are_exact() {
         for contact in [
-            Contact::Point,
-            Contact::Uniform(0.2e-3),
-            Contact::Hertz(3e-3),
+            ContactPressure::Point,
+            ContactPressure::Uniform(0.2e-3),
+            ContactPressure::Hertz(3e-3),
         ] {
             let cover = SoftCover {
                 thickness: 1e-3,
@@ -676,7 +676,7 @@ mod tests {
 
     #[test]
     fn transforms_join_their_series() {
-        for contact in [Contact::Uniform(1.0), Contact::Hertz(1.0)] {
+        for contact in [ContactPressure::Uniform(1.0), ContactPressure::Hertz(1.0)] {
             for k in [0.9999e-8, 0.0499999] {
                 let step = contact.transform(k * 1.0001) - contact.transform(k);
                 // The true step is 2e-4 (ka)²/8 at most; 1e-16/(ka)³ cancels.

@@ -76,7 +76,7 @@ pub struct Suspension {
 
 /// Motion of the four tiles of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deformation {
+pub struct ThreeAxisDeformation {
     /// d_x, d_y, d_z of P2 Eqs. 7-9, m: differences of closing between the two
     /// sides for x and y, mean closing for z.
     pub displacement: [f64; 3],
@@ -90,7 +90,7 @@ pub struct Deformation {
     pub bulge: [f64; 4],
 }
 
-impl Deformation {
+impl ThreeAxisDeformation {
     /// The same motion at `share` of the way from rest.
     #[must_use]
     pub fn at_share(&self, share: f64) -> Self {
@@ -181,7 +181,7 @@ impl Suspension {
     ///
     /// Pressing is positive F_z; positive F_x closes 12 and 22, positive F_y
     /// closes 11 and 12.
-    pub fn deform(&self, force: [f64; 3]) -> Deformation {
+    pub fn deform(&self, force: [f64; 3]) -> ThreeAxisDeformation {
         let [x, y, z] = force;
         let apparent = [
             x,
@@ -192,7 +192,7 @@ impl Suspension {
     }
 
     /// Motion of the tiles for given displacements d_x, d_y, d_z, m.
-    fn deformation_of(&self, displacement: [f64; 3]) -> Deformation {
+    fn deformation_of(&self, displacement: [f64; 3]) -> ThreeAxisDeformation {
         let [x, y, z] = displacement;
         let closing = std::array::from_fn(|i| z + 0.5 * (SIDE_X[i] * x + SIDE_Y[i] * y));
         let share = self.tile_tilt / self.centre_distance;
@@ -200,7 +200,7 @@ impl Suspension {
         let bulge = std::array::from_fn(|i| {
             over_z * z + 0.5 * (over_x * SIDE_X[i] * x + over_y * SIDE_Y[i] * y)
         });
-        Deformation {
+        ThreeAxisDeformation {
             displacement,
             closing,
             slope: [share * x, share * y],

@@ -12,7 +12,7 @@ use crate::mechanics::{
 use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
 use crate::solutions::Solutions;
 use crate::transduction::{
-    DrawnEdges, EdgeDrawing, OutsideEdges, PlatesDescription, SolvedEdges, UnitModel,
+    DrawnEdges, EdgeDrawing, OutsideEdges, PlatesDescription, SolvedEdges, ThreeAxisModel,
 };
 use taxel_numerics::Noise;
 
@@ -54,7 +54,7 @@ pub struct CalibratedUnit {
     /// Number of the taxel, row by row.
     pub taxel: usize,
     /// Its model.
-    pub unit: UnitModel,
+    pub unit: ThreeAxisModel,
 }
 
 /// Scatter of the made device about its drawing.
@@ -189,7 +189,7 @@ impl ThreeAxisCapacitor {
     ///
     /// What does not follow from the drawing is left out; the check of a sensor file refuses
     /// such drawings.
-    pub fn unit_model(&self, array: &ArrayDescription) -> UnitModel {
+    pub fn unit_model(&self, array: &ArrayDescription) -> ThreeAxisModel {
         let typed_in = || self.suspension.typed_in();
         let edges = self.edges(array).ok();
         let mut plates = self.plates.model(edges.map(|edges| edges.grounded));
@@ -199,7 +199,7 @@ impl ThreeAxisCapacitor {
             }
         }
         let unit = self.unit_drawing(array.pitch);
-        UnitModel {
+        ThreeAxisModel {
             suspension: self.suspension.model(&unit).unwrap_or_else(|_| typed_in()),
             plates,
         }
@@ -217,11 +217,11 @@ impl ThreeAxisCapacitor {
     }
 
     /// The models of all taxels: as calibrated, or else as drawn.
-    pub fn unit_models(&self, array: &ArrayDescription) -> Vec<UnitModel> {
+    pub fn unit_models(&self, array: &ArrayDescription) -> Vec<ThreeAxisModel> {
         self.with_calibrated(vec![self.unit_model(array); array.rows * array.columns])
     }
 
-    fn with_calibrated(&self, mut units: Vec<UnitModel>) -> Vec<UnitModel> {
+    fn with_calibrated(&self, mut units: Vec<ThreeAxisModel>) -> Vec<ThreeAxisModel> {
         for calibrated in &self.calibrated {
             if let Some(unit) = units.get_mut(calibrated.taxel) {
                 *unit = calibrated.unit;
@@ -233,7 +233,7 @@ impl ThreeAxisCapacitor {
     /// The units of one piece of fabrication: the air gap of each capacitor
     /// scattered about its drawing, cut at three standard deviations; taxels
     /// that were calibrated are as found.
-    pub fn fabricate(&self, array: &ArrayDescription) -> Vec<UnitModel> {
+    pub fn fabricate(&self, array: &ArrayDescription) -> Vec<ThreeAxisModel> {
         let mut scatter = Noise::seeded(self.fabrication.seed);
         let drawn = self.unit_model(array);
         let made = (0..array.rows * array.columns).map(|_| {

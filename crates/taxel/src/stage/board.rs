@@ -1,6 +1,6 @@
 //! The board behind a network: first stage, last stage and scan.
 
-use super::{CellQuantity, Readout, Stage};
+use super::{CellQuantity, ChainPart, ReadoutLaw};
 use crate::electronics::{self, ChargeAmplifier, Electronics, LastStage, Scan};
 use crate::quantity::{CAPACITANCE, CONDUCTANCE, STRESS, VOLTAGE};
 use crate::signal::NumberScale;
@@ -14,10 +14,10 @@ pub struct LinearReadout {
     pub noise: f64,
 }
 
-impl Stage for LinearReadout {}
+impl ChainPart for LinearReadout {}
 
-impl Readout for LinearReadout {
-    fn boxed(&self) -> Box<dyn Readout> {
+impl ReadoutLaw for LinearReadout {
+    fn boxed(&self) -> Box<dyn ReadoutLaw> {
         Box::new(*self)
     }
 
@@ -46,11 +46,11 @@ impl Readout for LinearReadout {
     }
 }
 
-impl Stage for ChargeAmplifier {}
+impl ChainPart for ChargeAmplifier {}
 
 /// The signal is a capacitance.
-impl Readout for ChargeAmplifier {
-    fn boxed(&self) -> Box<dyn Readout> {
+impl ReadoutLaw for ChargeAmplifier {
+    fn boxed(&self) -> Box<dyn ReadoutLaw> {
         Box::new(*self)
     }
 
@@ -75,7 +75,7 @@ impl Readout for ChargeAmplifier {
 #[derive(Debug)]
 pub struct Board {
     /// What makes numbers of signals.
-    pub readout: Box<dyn Readout>,
+    pub readout: Box<dyn ReadoutLaw>,
     /// Stage that makes the numbers of a frame.
     pub last: LastStage,
     /// Order of reading.
@@ -102,7 +102,7 @@ impl Board {
             .dimension
             .is_some_and(|dimension| last.takes(dimension));
         let is = |wanted| signal.dimension == Some(wanted);
-        let readout: Box<dyn Readout> = match electronics.first_stage() {
+        let readout: Box<dyn ReadoutLaw> = match electronics.first_stage() {
             Some(electronics::Stage::Transimpedance(stage))
                 if is(&CONDUCTANCE) && last.takes(&VOLTAGE) =>
             {

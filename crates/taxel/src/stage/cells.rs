@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    CellLaw, Cover, Creep, LayeredRubber, Memory, NetworkDescription, PartParameter, Parts,
-    PressurePort, Resistor, Stage as _,
+    CellLaw, ChainPart as _, Cover, Creep, LayeredRubber, Memory, NetworkDescription,
+    PartParameter, Parts, PressurePort, Resistor,
 };
 use crate::mechanics::{ForceAxes, RelaxationTerm};
 use crate::quantity::{self, Checked, Fraction, PositiveStress};

@@ -1,7 +1,8 @@
 //! Five parts in a row, and what follows from their order alone.
 
 use super::{
-    Board, CellLaw, CellLoad, Cover, Memory, Network, OneToOne, PartParameter, Readout, Stage,
+    Board, CellLaw, CellLoad, ChainPart, Cover, Memory, Network, OneToOne, PartParameter,
+    ReadoutLaw,
 };
 use crate::electronics::{LastStage, Scan};
 use crate::layout::Layout;
@@ -34,7 +35,7 @@ pub struct Chain {
     /// What joins the cells to channels.
     pub network: Box<dyn Network>,
     /// What makes numbers of signals.
-    pub readout: Box<dyn Readout>,
+    pub readout: Box<dyn ReadoutLaw>,
     /// Stage that makes the numbers of a frame.
     pub last: LastStage,
     /// Order of reading.
@@ -294,10 +295,10 @@ impl Chain {
     }
 
     /// The parts with the keys by which `check` names them, in the order of the signal.
-    pub fn stages(&self) -> Vec<&dyn Stage> {
-        let cover = self.cover.as_deref().map(|cover| cover as &dyn Stage);
-        let cell: &dyn Stage = self.cells[0].as_ref();
-        let (network, readout): (&dyn Stage, &dyn Stage) =
+    pub fn stages(&self) -> Vec<&dyn ChainPart> {
+        let cover = self.cover.as_deref().map(|cover| cover as &dyn ChainPart);
+        let cell: &dyn ChainPart = self.cells[0].as_ref();
+        let (network, readout): (&dyn ChainPart, &dyn ChainPart) =
             (self.network.as_ref(), self.readout.as_ref());
         cover.into_iter().chain([cell, network, readout]).collect()
     }

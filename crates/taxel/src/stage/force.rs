@@ -1,13 +1,13 @@
 //! A taxel whose board gives forces: the value is the load.
 
-use super::{CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, Stage};
+use super::{CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart};
 use crate::quantity::FORCE;
 
 /// One force of a taxel, as a board with a computer of its own gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceCell;
 
-impl Stage for ForceCell {}
+impl ChainPart for ForceCell {}
 
 impl CellLaw for ForceCell {
     fn boxed(&self) -> Box<dyn CellLaw> {

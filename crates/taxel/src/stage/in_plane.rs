@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, PartParameter, Stage, image, searched,
+    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart, PartParameter, image,
+    searched,
 };
 use crate::quantity::CAPACITANCE;
 use crate::transduction::{ForceCurve, InPlaneError, InPlaneModel};
@@ -48,7 +49,7 @@ impl InPlaneCell {
     }
 }
 
-impl Stage for InPlaneCell {
+impl ChainPart for InPlaneCell {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         let drawn = self.model.electrodes.gap;
         let parameter = PartParameter {

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use schemars::JsonSchema;
 use serde::de::{self, Deserialize, Deserializer};
 
-use super::{Cover, PartError, PartParameter, Stage};
-use crate::drawing::{Dimension, Part, Shape, View};
+use super::{ChainPart, Cover, PartError, PartParameter};
+use crate::drawing::{DimensionLine, Part, Shape, View};
 use crate::mechanics::{CoverArea, CoverLayer, LayeredCover};
 use crate::quantity::{self, Checked, PoissonRatio, PositiveLength, PositiveStress};
 use taxel_ground::summary::{Fact, fact, number, text};
@@ -75,7 +75,7 @@ impl LayeredRubber {
     }
 }
 
-impl Stage for LayeredRubber {
+impl ChainPart for LayeredRubber {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         for layer in &mut self.layers {
             let part = |name, unit, value: f64| PartParameter {
@@ -137,7 +137,7 @@ impl Stage for LayeredRubber {
                 [half, high],
             ));
             view.dimensions
-                .push(Dimension::new([half, low], [half, high], 14.0, "h"));
+                .push(DimensionLine::new([half, low], [half, high], 14.0, "h"));
             low = high;
         }
         vec![view]

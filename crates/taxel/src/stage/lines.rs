@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CellQuantity, Inverted, Network, OneToOne, PartError, PartParameter, Stage};
+use super::{CellQuantity, ChainPart, Inverted, Network, OneToOne, PartError, PartParameter};
 use crate::quantity::{self, CONDUCTANCE, Checked, NonNegativeResistance, RESISTANCE};
-use crate::transduction::{IdleLines, LineNetwork, NetworkError, Wiring};
+use crate::transduction::{IdleLines, LineNetwork, LineWiring, NetworkError};
 use taxel_ground::summary::{Fact, fact, number};
 
 /// How cells are joined to channels.
@@ -98,7 +98,7 @@ pub struct Lines {
     reference: f64,
 }
 
-impl Stage for Lines {
+impl ChainPart for Lines {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         self.described.parameters(each);
     }
@@ -111,17 +111,17 @@ impl Network for Lines {
 
     fn quantity(&self, _: CellQuantity) -> CellQuantity {
         match self.network().wiring {
-            Wiring::Floating => CellQuantity {
+            LineWiring::Floating => CellQuantity {
                 name: "resistance",
                 dimension: Some(&RESISTANCE),
                 unit: ("kohm", 1e3, "ohm"),
             },
-            Wiring::Divider { .. } => CellQuantity {
+            LineWiring::Divider { .. } => CellQuantity {
                 name: "share_of_the_supply",
                 dimension: None,
                 unit: ("%", 1e-2, "share"),
             },
-            Wiring::ZeroPotential { .. } => CellQuantity {
+            LineWiring::ZeroPotential { .. } => CellQuantity {
                 name: "conductance",
                 dimension: Some(&CONDUCTANCE),
                 unit: ("uS", 1e-6, "siemens"),
@@ -141,15 +141,47 @@ impl Network for Lines {
     }
 
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted) {
-        let result = self.found(signals, noise, &found.values);
+        let (count, [rows, columns]) = (signals.len(), self.counts);
+        let is_there = |cell: usize| !signals[cell].is_nan();
+        let row_is_there = |i: &usize| (0..columns).any(|j| is_there(i * columns + j));
+        let column_is_there = |j: &usize| (0..rows).any(|i| is_there(i * columns + j));
+        let kept = [
+            (0..rows).filter(row_is_there).collect::<Vec<_>>(),
+            (0..columns).filter(column_is_there).collect(),
+        ];
+        let cells: Vec<usize> = kept[0]
+            .iter()
+            .flat_map(|i| kept[1].iter().map(move |j| i * columns + j))
+            .collect();
+        let network = Self {
+            counts: kept.each_ref().map(Vec::len),
+            ..*self
+        };
+        let of = |all: &[f64]| cells.iter().map(|cell| all[*cell]).collect::<Vec<_>>();
+        let result = network.found(&of(signals), &of(noise), &of(&found.values));
         found.converged = result.is_ok();
-        (found.values, found.deviations, found.spread) = result.unwrap_or_else(|_| {
-            (
-                vec![f64::NAN; signals.len()],
-                vec![f64::NAN; signals.len()],
-                Vec::new(),
-            )
-        });
+        let (values, deviations, spread) = result.unwrap_or_default();
+        let on_all = |of_kept: &[f64], missing: f64| {
+            let mut all = vec![missing; count];
+            for (cell, value) in cells.iter().zip(of_kept) {
+                all[*cell] = *value;
+            }
+            all
+        };
+        found.values = on_all(&values, f64::NAN);
+        found.deviations = on_all(&deviations, f64::NAN);
+        found.spread = vec![vec![0.0; count]; if spread.is_empty() { 0 } else { count }];
+        for (cell, row) in cells.iter().zip(&spread) {
+            found.spread[*cell] = on_all(row, 0.0);
+        }
+    }
+
+    fn lines(&self) -> Vec<Vec<usize>> {
+        let [rows, columns] = self.counts;
+        let row = |i: usize| (0..columns).map(|j| i * columns + j).collect();
+        let column = |j: usize| (0..rows).map(|i| i * columns + j).collect();
+        let all = (0..rows).map(row).chain((0..columns).map(column));
+        all.filter(|line: &Vec<usize>| line.len() > 1).collect()
     }
 
     fn joins(&self, count: usize) -> Result<(), PartError> {
@@ -200,7 +232,7 @@ type Found = (Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
 impl Lines {
     fn network(&self) -> LineNetwork {
         let wiring = match self.described {
-            NetworkDescription::Divider(idle) => Wiring::Divider {
+            NetworkDescription::Divider(idle) => LineWiring::Divider {
                 reference: self.reference,
                 supply: 1.0,
                 idle: match idle {
@@ -208,14 +240,14 @@ impl Lines {
                     Idle::Grounded => IdleLines::Grounded(0.0),
                 },
             },
-            NetworkDescription::ZeroPotential(lines) => Wiring::ZeroPotential {
+            NetworkDescription::ZeroPotential(lines) => LineWiring::ZeroPotential {
                 drive_resistance: lines.drive_resistance,
                 idle_resistance: lines.idle_resistance,
                 column_resistance: lines.column_resistance,
                 supply: 1.0,
                 feedback: 1.0,
             },
-            NetworkDescription::Floating | NetworkDescription::OneToOne => Wiring::Floating,
+            NetworkDescription::Floating | NetworkDescription::OneToOne => LineWiring::Floating,
         };
         let [rows, columns] = self.counts;
         LineNetwork {
@@ -228,7 +260,7 @@ impl Lines {
     /// Largest relative deviation of a conductance over that of its reading.
     fn gain(&self, values: &[f64]) -> Result<f64, NetworkError> {
         let network = self.network();
-        if !matches!(network.wiring, Wiring::ZeroPotential { .. }) {
+        if !matches!(network.wiring, LineWiring::ZeroPotential { .. }) {
             return network.noise_gain(values);
         }
         let mut readings = vec![0.0; values.len()];
@@ -245,7 +277,7 @@ impl Lines {
         // What is lost in the noise is an upper bound.
         let least = noise.iter().copied().fold(f64::INFINITY, f64::min);
         let most = match network.wiring {
-            Wiring::Divider { supply, .. } => supply - least.min(0.5 * supply),
+            LineWiring::Divider { supply, .. } => supply - least.min(0.5 * supply),
             _ => f64::MAX,
         };
         let start: Vec<f64> = start
@@ -254,7 +286,7 @@ impl Lines {
             .collect();
         let inverse = network.invert(signals, [least, most], Some(&start))?;
         let values: Vec<f64> = inverse.ln_admittance.iter().map(|x| x.exp()).collect();
-        if let Wiring::ZeroPotential { .. } = network.wiring {
+        if let LineWiring::ZeroPotential { .. } = network.wiring {
             // A reading is all but its own crossing's: what the others add to the variance is of
             // the second order in the resistances of the lines over that of a crossing.
             let slopes = network.own_slopes(&values)?;

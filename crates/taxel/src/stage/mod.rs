@@ -78,7 +78,7 @@ pub struct PartParameter {
 }
 
 /// What every part of a chain says of itself.
-pub trait Stage: fmt::Debug + Send + Sync {
+pub trait ChainPart: fmt::Debug + Send + Sync {
     /// Shows each number of the part to `each`, which may change it.
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         let _ = each;
@@ -104,7 +104,7 @@ pub trait Stage: fmt::Debug + Send + Sync {
 }
 
 /// Load on the surface to the loads at the cells.
-pub trait Cover: Stage {
+pub trait Cover: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn Cover>;
 
@@ -166,7 +166,7 @@ pub enum CellState {
     BelowRest,
     /// It lies beyond the end of the law: the load is at least that of the end.
     Beyond,
-    /// The same, and more than one load beyond it has this value.
+    /// Several loads have this value; the stated one is the least, or the likeliest.
     Ambiguous,
     /// The reading is at an end of its range.
     Saturated,
@@ -206,7 +206,7 @@ impl CellEstimate {
 const HALF: f64 = 1.959963984540054;
 
 /// Load on a cell to its value: a curve that rises or falls all the way.
-pub trait CellLaw: Stage {
+pub trait CellLaw: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn CellLaw>;
 
@@ -296,7 +296,8 @@ fn image<L: CellLaw + ?Sized>(law: &L, value: f64, deviation: f64, largest: f64)
         [false, false] => 0.5 * (ends[1] - ends[0]),
         [false, true] => load - ends[0],
         [true, false] => ends[1] - load,
-        [true, true] => f64::NAN,
+        // Any load of the law may have this value.
+        [true, true] => return CellEstimate::bound(load, CellState::Ambiguous),
     };
     CellEstimate {
         load,
@@ -340,7 +341,7 @@ impl Inverted {
 }
 
 /// Values of all cells to the signals of the channels, one for each cell.
-pub trait Network: Stage {
+pub trait Network: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn Network>;
 
@@ -360,8 +361,14 @@ pub trait Network: Stage {
     fn read(&self, values: &[f64], signals: &mut [f64]);
 
     /// The values behind `signals` with the deviations `noise`, all SI. On entry `found` has the
-    /// values to start from: those of the frame before.
+    /// values to start from: those of the frame before. The network is that without the lines
+    /// ([`Self::lines`]) all of whose signals are `NaN`, whose cells have no value.
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted);
+
+    /// Cells of each line that several share: one that breaks takes them all with it. None by default.
+    fn lines(&self) -> Vec<Vec<usize>> {
+        Vec::new()
+    }
 
     /// Quantities that need the cell's values at rest and at full load, for `taxel check`.
     fn facts_at(&self, rest: f64, pressed: f64) -> Vec<Fact> {
@@ -371,9 +378,9 @@ pub trait Network: Stage {
 }
 
 /// Signal of a channel to the input of the last stage of the board, and its noise.
-pub trait Readout: Stage {
+pub trait ReadoutLaw: ChainPart {
     /// A copy.
-    fn boxed(&self) -> Box<dyn Readout>;
+    fn boxed(&self) -> Box<dyn ReadoutLaw>;
 
     /// Input of the last stage at a signal, SI, as the board is.
     fn input(&self, signal: f64) -> f64;

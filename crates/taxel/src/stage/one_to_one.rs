@@ -1,12 +1,12 @@
 //! The network of cells that are read one by one.
 
-use super::{CellQuantity, Inverted, Network, Stage};
+use super::{CellQuantity, ChainPart, Inverted, Network};
 
 /// Each cell has a channel of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OneToOne;
 
-impl Stage for OneToOne {}
+impl ChainPart for OneToOne {}
 
 impl Network for OneToOne {
     fn boxed(&self) -> Box<dyn Network> {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CellLaw, CellQuantity, PartParameter, Stage};
+use super::{CellLaw, CellQuantity, ChainPart, PartParameter};
 use crate::quantity::{self, Checked, PositiveLength, STRESS, TrappedAir};
 
 /// The port of a pressure chip.
@@ -20,7 +20,7 @@ pub struct PressurePort {
     pub trapped_air: f64,
 }
 
-impl Stage for PressurePort {
+impl ChainPart for PressurePort {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         let parameter = PartParameter {
             name: "trapped_air",

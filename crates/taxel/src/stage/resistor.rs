@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CellLaw, CellQuantity, PartParameter, Stage};
+use super::{CellLaw, CellQuantity, ChainPart, PartParameter};
 use crate::quantity::{
     self, CONDUCTANCE, Checked, ConductanceExponent, PositiveConductance, PositiveLength,
     PositiveStress,
@@ -47,7 +47,7 @@ pub struct Conductance {
 /// Conductances in the unit for people.
 const MICROSIEMENS: (&str, f64, &str) = ("uS", 1e-6, "siemens");
 
-impl Stage for Resistor {
+impl ChainPart for Resistor {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         let law = &mut self.conductance;
         for (name, unit, bounds, value) in [

@@ -11,7 +11,7 @@ pub struct TrainedMaps {
     /// Number of channels of a frame.
     pub channels: usize,
     /// Readings without contact, of runs that begin so.
-    pub rest: Option<Rest>,
+    pub rest: Option<RestStatistics>,
     /// Where a probe of the trained depth presses; positions on the area of the
     /// device, whose middle is the origin.
     pub position: Option<PositionMap>,
@@ -24,7 +24,7 @@ pub struct TrainedMaps {
 /// Readings of a device that nothing touches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Rest {
+pub struct RestStatistics {
     /// Mean of each channel.
     pub mean: Vec<f64>,
     /// Standard deviation of one reading of each channel.

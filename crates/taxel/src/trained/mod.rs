@@ -34,7 +34,7 @@ pub use gaussian_process::{GaussianProcess, Kernel};
 pub use hysteresis::Play;
 pub(crate) use indentation_map::FEWEST_PRESSES;
 pub use indentation_map::{IndentationMap, PositionMethod};
-pub use maps::{Rest, TrainedMaps};
+pub use maps::{RestStatistics, TrainedMaps};
 pub use memory::MemoryLaw;
 pub use polynomial::{Polynomial, Standard};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};

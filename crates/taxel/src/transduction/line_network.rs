@@ -20,8 +20,8 @@ type Rows = Vec<Vec<f64>>;
 ///
 /// # Example: a uniform matrix reads (N + M − 1)/(NM) of one crossing
 /// ```
-/// use taxel::transduction::{LineNetwork, Wiring};
-/// let network = LineNetwork { rows: 8, columns: 8, wiring: Wiring::Floating };
+/// use taxel::transduction::{LineNetwork, LineWiring};
+/// let network = LineNetwork { rows: 8, columns: 8, wiring: LineWiring::Floating };
 /// let mut readings = [0.0; 64];
 /// network.read(&[1.0 / 200e3; 64], &mut readings)?;
 /// assert!((readings[0] - 46_875.0).abs() < 1e-8);
@@ -36,12 +36,12 @@ pub struct LineNetwork {
     /// Columns M.
     pub columns: usize,
     /// What is at the lines.
-    pub wiring: Wiring,
+    pub wiring: LineWiring,
 }
 
 /// What is at the lines, and what is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wiring {
+pub enum LineWiring {
     /// Between a row and a column, all others open: the impedance, 1 over the unit of the
     /// admittances.
     Floating,
@@ -91,26 +91,6 @@ pub struct Inverse {
     /// Largest difference that is left between the logarithms of the readings and of what these
     /// admittances read.
     pub residual: f64,
-}
-
-/// A line of the matrix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Line {
-    /// A row, from 0.
-    Row(usize),
-    /// A column, from 0.
-    Column(usize),
-}
-
-/// A line that reads as if it were missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LineFault {
-    /// No crossing of the line conducts.
-    Open(Line),
-    /// Every crossing of the line is at the upper end.
-    Short(Line),
-    /// Two lines read the same, and not evenly: they are one.
-    Tied(Line, Line),
 }
 
 /// Why there is no answer.
@@ -280,96 +260,6 @@ impl LineNetwork {
         Ok(gains.into_iter().fold(0.0, f64::max))
     }
 
-    /// [`LineNetwork::noise_gain`] of a matrix whose crossings all have the admittance `rest`.
-    ///
-    /// # Errors
-    /// As [`LineNetwork::covariance`].
-    pub fn noise_gain_empty(&self, rest: f64) -> Result<f64, NetworkError> {
-        self.noise_gain(&vec![rest; self.rows * self.columns])
-    }
-
-    /// [`LineNetwork::noise_gain`] when three corners of a rectangle are `pressed`, which make a
-    /// ghost at the fourth; of a single row or column, its first crossings.
-    ///
-    /// # Errors
-    /// As [`LineNetwork::covariance`].
-    pub fn noise_gain_ghost(&self, rest: f64, pressed: f64) -> Result<f64, NetworkError> {
-        let is_corner = |i: usize| i / self.columns + i % self.columns < 2;
-        let corner = |i| if is_corner(i) { pressed } else { rest };
-        let pattern: Vec<f64> = (0..self.rows * self.columns).map(corner).collect();
-        self.noise_gain(&pattern)
-    }
-
-    /// Crossings that cannot be distinguished under noise of these standard deviations of the
-    /// readings: one list for each direction of ln y in which a change by one, a factor of e,
-    /// changes the readings by less than their noise; the crossings with at least half of its
-    /// largest part.
-    ///
-    /// # Errors
-    /// As [`LineNetwork::read`]; [`NetworkError::Singular`] when there are no singular values.
-    pub fn ambiguous(
-        &self,
-        admittance: &[f64],
-        deviations: &[f64],
-    ) -> Result<Vec<Vec<usize>>, NetworkError> {
-        self.check(deviations)?;
-        let (slopes, count) = (self.slopes(admittance)?, deviations.len());
-        let over_noise = Mat::from_fn(count, count, |i, j| slopes[i][j] / deviations[i]);
-        let svd = over_noise.svd().map_err(|_| NetworkError::Singular)?;
-        let lost = (0..count).filter(|&direction| svd.S()[direction] < 1.0);
-        let crossings = |direction: usize| {
-            let part = |i: usize| svd.V()[(i, direction)].abs();
-            let most = (0..count).map(part).fold(0.0, f64::max);
-            (0..count).filter(|&i| part(i) >= 0.5 * most).collect()
-        };
-        Ok(lost.map(crossings).collect())
-    }
-
-    /// Lines that read as if they were missing: all of their readings beyond one of the `limits`,
-    /// or two lines that read the same within the standard `deviation` of a reading although
-    /// their readings vary along the line.
-    ///
-    /// # Errors
-    /// [`NetworkError::WrongCount`].
-    pub fn faults(
-        &self,
-        readings: &[f64],
-        limits: [f64; 2],
-        deviation: f64,
-    ) -> Result<Vec<LineFault>, NetworkError> {
-        self.check(readings)?;
-        let rows: Rows = readings.chunks(self.columns).map(<[f64]>::to_vec).collect();
-        let columns = transposed(&rows);
-        let names: [fn(usize) -> Line; 2] = [Line::Row, Line::Column];
-        let mut found = Vec::new();
-        for (name, lines) in names.into_iter().zip([rows, columns]) {
-            for (index, line) in lines.iter().enumerate() {
-                let is_low = line.iter().all(|reading| *reading <= limits[0]);
-                if is_low || line.iter().all(|reading| *reading >= limits[1]) {
-                    // An impedance is low where the line conducts.
-                    let is_short = is_low == (self.wiring == Wiring::Floating);
-                    let fault = if is_short {
-                        LineFault::Short
-                    } else {
-                        LineFault::Open
-                    };
-                    found.push(fault(name(index)));
-                    continue;
-                }
-                // Mean and three deviations of a sum of squares of independent noise.
-                let count = line.len() as f64;
-                let noise = (count + 3.0 * (2.0 * count).sqrt()) * deviation * deviation;
-                let even = vec![line.iter().sum::<f64>() / count; line.len()];
-                let varies = square_distance(line, &even) > noise;
-                let others = lines.iter().enumerate().skip(index + 1);
-                let same = others
-                    .filter(|(_, other)| varies && square_distance(line, other) <= 2.0 * noise);
-                found.extend(same.map(|(other, _)| LineFault::Tied(name(index), name(other))));
-            }
-        }
-        Ok(found)
-    }
-
     /// From ln y to that of readings with these coordinates.
     fn newton(&self, target: &[f64], mut x: Vec<f64>) -> Result<Inverse, NetworkError> {
         // Logarithms of readings between 1e-28 and 1e28 are below 64 and round by that much; the
@@ -439,8 +329,8 @@ impl LineNetwork {
 
     fn lines(&self, x: &[f64]) -> Option<Lines> {
         let (series, law) = match self.wiring {
-            Wiring::Floating => (None, Law::Loop { reference: 1.0 }),
-            Wiring::Divider {
+            LineWiring::Floating => (None, Law::Loop { reference: 1.0 }),
+            LineWiring::Divider {
                 reference, idle, ..
             } => match idle {
                 IdleLines::Open => (None, Law::Loop { reference }),
@@ -454,7 +344,7 @@ impl LineNetwork {
                     (Some([idle; 2]), law)
                 }
             },
-            Wiring::ZeroPotential {
+            LineWiring::ZeroPotential {
                 drive_resistance,
                 idle_resistance,
                 column_resistance,
@@ -497,7 +387,7 @@ impl LineNetwork {
     /// What no reading reaches.
     fn supply(&self) -> f64 {
         match self.wiring {
-            Wiring::Divider { supply, .. } => supply,
+            LineWiring::Divider { supply, .. } => supply,
             _ => f64::INFINITY,
         }
     }
@@ -506,26 +396,26 @@ impl LineNetwork {
     /// divider, −ln of an impedance.
     fn coordinate(&self, reading: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => -reading.ln(),
-            Wiring::Divider { supply, .. } => (reading / (supply - reading)).ln(),
-            Wiring::ZeroPotential { .. } => reading.ln(),
+            LineWiring::Floating => -reading.ln(),
+            LineWiring::Divider { supply, .. } => (reading / (supply - reading)).ln(),
+            LineWiring::ZeroPotential { .. } => reading.ln(),
         }
     }
 
     fn reading(&self, coordinate: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => (-coordinate).exp(),
-            Wiring::Divider { supply, .. } => supply / (1.0 + (-coordinate).exp()),
-            Wiring::ZeroPotential { .. } => coordinate.exp(),
+            LineWiring::Floating => (-coordinate).exp(),
+            LineWiring::Divider { supply, .. } => supply / (1.0 + (-coordinate).exp()),
+            LineWiring::ZeroPotential { .. } => coordinate.exp(),
         }
     }
 
     /// d reading / d coordinate.
     fn reading_slope(&self, reading: f64) -> f64 {
         match self.wiring {
-            Wiring::Floating => -reading,
-            Wiring::Divider { supply, .. } => reading * (supply - reading) / supply,
-            Wiring::ZeroPotential { .. } => reading,
+            LineWiring::Floating => -reading,
+            LineWiring::Divider { supply, .. } => reading * (supply - reading) / supply,
+            LineWiring::ZeroPotential { .. } => reading,
         }
     }
 
@@ -533,14 +423,14 @@ impl LineNetwork {
     fn uniform(&self) -> f64 {
         let of_all = (self.rows + self.columns - 1) as f64 / (self.rows * self.columns) as f64;
         match self.wiring {
-            Wiring::Floating => of_all.ln(),
-            Wiring::Divider {
+            LineWiring::Floating => of_all.ln(),
+            LineWiring::Divider {
                 reference,
                 idle: IdleLines::Open,
                 ..
             } => (of_all / reference).ln(),
-            Wiring::Divider { reference, .. } => -reference.ln(),
-            Wiring::ZeroPotential {
+            LineWiring::Divider { reference, .. } => -reference.ln(),
+            LineWiring::ZeroPotential {
                 supply, feedback, ..
             } => -(supply * feedback).ln(),
         }
@@ -845,10 +735,6 @@ fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
     sum.iter_mut()
         .zip(values)
         .for_each(|(sum, value)| *sum += factor * value);
-}
-
-fn square_distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 fn square(count: usize, entry: impl Fn(usize, usize) -> f64) -> Rows {

@@ -24,7 +24,7 @@ pub use in_plane_inverse::{ForceCurve, InPlaneInverse, Turning};
 pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneState, PublishedFit};
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use in_plane_table::DrawnTable;
-pub use line_network::{IdleLines, Inverse, Line, LineFault, LineNetwork, NetworkError, Wiring};
+pub use line_network::{IdleLines, Inverse, LineNetwork, LineWiring, NetworkError};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };
@@ -37,11 +37,11 @@ pub use solved_edges::SolvedEdges;
 pub use solved_section::{SectionErrors, SolvedSection};
 pub use surroundings::Surroundings;
 pub use three_axis_capacitor::{
-    PlateReading, PlateSlopes, Plates, PlatesDescription, Response, RestReading,
+    PlateReading, PlateSlopes, Plates, PlatesDescription, RestReading, ThreeAxisResponse,
 };
 pub use tile_edges::{
     DrawnEdges, EDGE_ERROR, EdgeDrawing, EdgeEnvironment, EdgeLaw, EdgeSlopes, INNER_DISTANCE,
     OUTER_DISTANCE, OutsideEdges, TileEdges, corner_capacitance,
 };
 pub use tilted_plate::{MeanInverseGap, VACUUM_PERMITTIVITY, mean_inverse_gap};
-pub use unit_model::{EffectiveMotion, Linearisation, PublishedInverse, UnitModel};
+pub use unit_model::{EffectiveMotion, PublishedInverse, ThreeAxisLinearisation, ThreeAxisModel};

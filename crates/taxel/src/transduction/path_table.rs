@@ -67,7 +67,7 @@ pub struct TableErrors {
 }
 
 /// A solved state: its load and its numbers.
-pub type State = (f64, Vec<f64>);
+pub type PathState = (f64, Vec<f64>);
 
 /// The solved load path of one drawing from rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -158,7 +158,7 @@ impl PathTable {
     }
 
     /// A table through solved states; without errors yet.
-    pub fn through(contents: &Contents, states: &[State]) -> Self {
+    pub fn through(contents: &Contents, states: &[PathState]) -> Self {
         let (nodes, values): (Vec<f64>, Vec<_>) = states.iter().cloned().unzip();
         let none = TableErrors::new(contents, [0.0; ERRORS], 0);
         let names = contents.numbers.iter().map(|(name, _)| (*name).into());

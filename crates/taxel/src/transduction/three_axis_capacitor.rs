@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::solved_edges::SolvedEdges;
 use super::tile_edges::{EdgeSlopes, TileEdges};
 use super::tilted_plate::{VACUUM_PERMITTIVITY, mean_inverse_gap, mean_inverse_gaps};
-use crate::mechanics::{Deformation, SIDE_X, SIDE_Y};
+use crate::mechanics::{SIDE_X, SIDE_Y, ThreeAxisDeformation};
 use crate::of_drawing::OfDrawing;
 use crate::quantity::{
     self, Checked, NonNegativeCapacitance, NonNegativeLength, OneOrList, PositiveLength,
@@ -76,12 +76,12 @@ pub struct PlateReading {
 
 /// Capacitances of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
+pub struct ThreeAxisResponse {
     /// Capacitors 11, 12, 21, 22.
     pub plates: [PlateReading; 4],
 }
 
-impl Response {
+impl ThreeAxisResponse {
     /// Capacitances 11, 12, 21, 22, F.
     pub fn capacitance(&self) -> [f64; 4] {
         self.plates.map(|plate| plate.capacitance)
@@ -174,7 +174,7 @@ impl Plates {
 
     /// Slope of the capacitance `i` against its air gap after the motion `deformation`, for
     /// a tile that stays as it is tilted, F/m; `None` when a tile touches.
-    pub fn slope_after(&self, i: usize, deformation: &Deformation) -> Option<f64> {
+    pub fn slope_after(&self, i: usize, deformation: &ThreeAxisDeformation) -> Option<f64> {
         // Of the edges only those of this tile.
         let plates = Self {
             edges: None,
@@ -187,7 +187,12 @@ impl Plates {
     }
 
     /// What `edges` add to capacitor `i` after the motion `deformation`, with their corners, F.
-    pub fn edge_reading(&self, edges: TileEdges, i: usize, deformation: &Deformation) -> f64 {
+    pub fn edge_reading(
+        &self,
+        edges: TileEdges,
+        i: usize,
+        deformation: &ThreeAxisDeformation,
+    ) -> f64 {
         let plates = Self {
             edges: Some(edges),
             ..*self
@@ -337,7 +342,7 @@ impl Plates {
 
     /// Smallest air gap over each tile, m; negative where the motion would
     /// push a tile into its electrode.
-    pub fn air_gaps(&self, deformation: &Deformation) -> [f64; 4] {
+    pub fn air_gaps(&self, deformation: &ThreeAxisDeformation) -> [f64; 4] {
         let [p, q] = self.half_rise(deformation.slope);
         std::array::from_fn(|i| {
             let nearer = (p + q).max(deformation.bulge[i]);
@@ -347,7 +352,7 @@ impl Plates {
 
     /// Share of the motion, from rest, at which the first tile touches; 1 while
     /// all are open.
-    pub fn open_share(&self, deformation: &Deformation) -> f64 {
+    pub fn open_share(&self, deformation: &ThreeAxisDeformation) -> f64 {
         let air = self.air_gaps(deformation);
         (0..4)
             .filter(|i| air[*i] < 0.0)
@@ -360,7 +365,7 @@ impl Plates {
     /// C_i = C_par,i + ε₀ab·m(d_air,i + d_ins/ε_ins − w_i, αa/2, βb/2) + ε₀ Σ l·e(a)
     /// (P2 section 4), the last with the air gap a at the middle of each edge. The motion ends where the first tile touches: beyond,
     /// all four capacitances stay as they are there.
-    pub fn respond(&self, deformation: &Deformation) -> Response {
+    pub fn respond(&self, deformation: &ThreeAxisDeformation) -> ThreeAxisResponse {
         let share = self.open_share(deformation);
         let reached = deformation.at_share(share);
         let [p, q] = self.half_rise(reached.slope);
@@ -384,22 +389,22 @@ impl Plates {
                 least_air_gap,
             }
         });
-        Response { plates }
+        ThreeAxisResponse { plates }
     }
 
     /// Capacitances with their slopes, or `None` when a tile touches.
-    pub fn respond_with_slopes(&self, deformation: &Deformation) -> Option<PlateSlopes> {
+    pub fn respond_with_slopes(&self, deformation: &ThreeAxisDeformation) -> Option<PlateSlopes> {
         self.slopes_above(0.0, deformation)
     }
 
     /// The same formula continued past first contact, as if the insulation gave
     /// way to half of its thickness: a search may pass there. `None` beyond.
-    pub fn respond_past_contact(&self, deformation: &Deformation) -> Option<PlateSlopes> {
+    pub fn respond_past_contact(&self, deformation: &ThreeAxisDeformation) -> Option<PlateSlopes> {
         self.slopes_above(-0.5 * self.insulation_gap, deformation)
     }
 
     /// Capacitances with their slopes while every air gap is above `least`, m.
-    fn slopes_above(&self, least: f64, deformation: &Deformation) -> Option<PlateSlopes> {
+    fn slopes_above(&self, least: f64, deformation: &ThreeAxisDeformation) -> Option<PlateSlopes> {
         if !self.air_gaps(deformation).iter().all(|air| *air > least) {
             return None;
         }

@@ -1,12 +1,12 @@
 //! One three-axis unit: mechanics and plates together, the model that
 //! estimation inverts.
 
-use super::{PlateSlopes, Plates, Response, RestReading};
-use crate::mechanics::{Deformation, SIDE_X, SIDE_Y, Suspension};
+use super::{PlateSlopes, Plates, RestReading, ThreeAxisResponse};
+use crate::mechanics::{SIDE_X, SIDE_Y, Suspension, ThreeAxisDeformation};
 
 /// Force on the bump to four capacitances: [`Suspension`], then [`Plates`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UnitModel {
+pub struct ThreeAxisModel {
     /// Force to motion of the tiles.
     pub suspension: Suspension,
     /// Motion of the tiles to capacitance.
@@ -15,7 +15,7 @@ pub struct UnitModel {
 
 /// Capacitances with their slopes against the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearisation {
+pub struct ThreeAxisLinearisation {
     /// Capacitances 11, 12, 21, 22, F.
     pub capacitance: [f64; 4],
     /// ∂C/∂F, F/N: one row per capacitor, columns x, y, z.
@@ -31,10 +31,10 @@ pub struct EffectiveMotion {
     pub twist: f64,
 }
 
-impl UnitModel {
+impl ThreeAxisModel {
     /// Deformation and response under `force`, N. Beyond first contact both
     /// stay as they are there: bounds.
-    pub fn predict(&self, force: [f64; 3]) -> (Deformation, Response) {
+    pub fn predict(&self, force: [f64; 3]) -> (ThreeAxisDeformation, ThreeAxisResponse) {
         let free = self.suspension.deform(force);
         let deformation = free.at_share(self.plates.open_share(&free));
         (deformation, self.plates.respond(&free))
@@ -53,7 +53,7 @@ impl UnitModel {
 
     /// Capacitances and analytic Jacobian at `force`, N; `None` when a tile
     /// touches there.
-    pub fn linearise(&self, force: [f64; 3]) -> Option<Linearisation> {
+    pub fn linearise(&self, force: [f64; 3]) -> Option<ThreeAxisLinearisation> {
         let deformation = self.suspension.deform(force);
         let at = self.plates.respond_with_slopes(&deformation)?;
         Some(self.chain(force, &at))
@@ -61,14 +61,14 @@ impl UnitModel {
 
     /// The same continued past first contact
     /// ([`Plates::respond_past_contact`]).
-    pub fn linearise_past_contact(&self, force: [f64; 3]) -> Option<Linearisation> {
+    pub fn linearise_past_contact(&self, force: [f64; 3]) -> Option<ThreeAxisLinearisation> {
         let deformation = self.suspension.deform(force);
         let at = self.plates.respond_past_contact(&deformation)?;
         Some(self.chain(force, &at))
     }
 
     /// Slopes against the force from those against the motion.
-    fn chain(&self, force: [f64; 3], at: &PlateSlopes) -> Linearisation {
+    fn chain(&self, force: [f64; 3], at: &PlateSlopes) -> ThreeAxisLinearisation {
         let by_force = self.suspension.displacement_by_force(force);
         let share = self.suspension.tile_tilt / self.suspension.centre_distance;
         let by_z = at.by_closing;
@@ -82,7 +82,7 @@ impl UnitModel {
                     + by_z[i] * by_force[2][axis]
             })
         });
-        Linearisation {
+        ThreeAxisLinearisation {
             capacitance: at.capacitance,
             jacobian,
         }
@@ -135,7 +135,7 @@ impl UnitModel {
     }
 }
 
-/// [`UnitModel::effective_motion`] of many readings from one rest, whose gaps are looked for once.
+/// [`ThreeAxisModel::effective_motion`] of many readings from one rest, whose gaps are looked for once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishedInverse {
     plates: Plates,

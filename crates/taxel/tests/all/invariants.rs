@@ -336,3 +336,32 @@ fn every_file_of_tests_is_run() {
         }
     }
 }
+
+#[test]
+fn no_public_type_name_occurs_twice_in_a_crate() {
+    let mut twice = Vec::new();
+    for entry in fs::read_dir(crates()).unwrap() {
+        let source = entry.unwrap().path().join("src");
+        if !source.is_dir() {
+            continue;
+        }
+        let mut known: BTreeMap<String, PathBuf> = BTreeMap::new();
+        for (path, code) in sources(&source) {
+            for line in code.lines() {
+                let mut words = line.split_whitespace();
+                let kinds = ["struct", "enum", "trait", "type", "union"];
+                let is_type = words.next() == Some("pub")
+                    && words.next().is_some_and(|word| kinds.contains(&word));
+                let Some(name) = words.next().filter(|_| is_type) else {
+                    continue;
+                };
+                let end = name.find(|c: char| !c.is_alphanumeric() && c != '_');
+                let name = &name[..end.unwrap_or(name.len())];
+                if let Some(first) = known.insert(name.to_owned(), path.clone()) {
+                    twice.push(format!("{name}: {first:?} and {path:?}"));
+                }
+            }
+        }
+    }
+    assert!(twice.is_empty(), "{twice:#?}");
+}

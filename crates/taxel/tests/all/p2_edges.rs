@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common::{UM, assert_near, p2_edges, p2_plates};
-use taxel::mechanics::{Deformation, SIDE_X, SIDE_Y};
+use taxel::mechanics::{SIDE_X, SIDE_Y, ThreeAxisDeformation};
 use taxel::sensor::Sensor;
 use taxel::transduction::{
     EdgeDrawing, EdgeEnvironment, EdgeLaw, INNER_DISTANCE, OUTER_DISTANCE, Plates,
@@ -109,7 +109,7 @@ fn a_reading_gives_its_gap_back() {
 #[test]
 fn slopes_with_edges_are_derivatives() {
     let plates = p2_plates();
-    let at = |d: [f64; 3]| Deformation {
+    let at = |d: [f64; 3]| ThreeAxisDeformation {
         displacement: d,
         closing: std::array::from_fn(|i| d[2] + 0.5 * (SIDE_X[i] * d[0] + SIDE_Y[i] * d[1])),
         slope: [d[0] / 700e-6, d[1] / 700e-6],

@@ -7,10 +7,10 @@ use crate::common::{CAPACITORS, FF, MN, NM, Row, UM, assert_near, table};
 use std::collections::HashMap;
 use taxel::estimation::{SearchOptions, estimate_unit};
 use taxel::mechanics::{Relaxation, RelaxationTerm, Suspension};
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel::transduction::{Plates, VACUUM_PERMITTIVITY, mean_inverse_gap};
 
-fn units() -> HashMap<String, UnitModel> {
+fn units() -> HashMap<String, ThreeAxisModel> {
     let model = |row: &Row| {
         assert_eq!(row.at("eps0_F_per_m"), VACUUM_PERMITTIVITY);
         let k = [
@@ -18,7 +18,7 @@ fn units() -> HashMap<String, UnitModel> {
             row.at("k_y_N_per_m"),
             row.at("k_z_N_per_m"),
         ];
-        UnitModel {
+        ThreeAxisModel {
             suspension: Suspension {
                 compliance: [
                     [1.0 / k[0], 0.0, 0.0],

@@ -4,7 +4,8 @@
 
 use crate::common::{assert_near, table};
 use taxel::mechanics::{
-    BondedDisc, Contact, DiscGrip, DiscPressure, LayerRim, SeatedSetting, SoftCover, SpherePressure,
+    BondedDisc, ContactPressure, DiscGrip, DiscPressure, LayerRim, SeatedSetting, SoftCover,
+    SpherePressure,
 };
 
 const MM: f64 = 1e-3;
@@ -252,8 +253,8 @@ fn a_sphere_on_a_thick_cover_presses_as_hertz() {
         contact,
     };
     let sphere = SpherePressure::on_layer(0.2 * MM, 40.0 * MM).unwrap();
-    let found = cover(Contact::Sphere(sphere)).share([0.0; 2], SIDE);
-    let hertz = cover(Contact::Hertz(0.2 * MM)).share([0.0; 2], SIDE);
+    let found = cover(ContactPressure::Sphere(sphere)).share([0.0; 2], SIDE);
+    let hertz = cover(ContactPressure::Hertz(0.2 * MM)).share([0.0; 2], SIDE);
     // Both are points from there.
     assert_near(found, hertz, 1e-5, 0.0, "share");
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
-use taxel::mechanics::{Base, Contact, LayerLaw, Plate, Profile, SoftCover, SoftLayer};
+use taxel::mechanics::{Base, ContactPressure, LayerLaw, Plate, Profile, SoftCover, SoftLayer};
 use taxel::transduction::{Ceramic, PiezoelectricElement, SiliconePath};
 use taxel_numerics::linear_chain::{Chain, Transfer};
 use taxel_numerics::special::j0;
@@ -239,7 +239,7 @@ proptest! {
         x in -8e-3..8e-3,
         y in -8e-3..8e-3,
     ) {
-        let contact = if hertz { Contact::Hertz(radius) } else { Contact::Uniform(radius) };
+        let contact = if hertz { ContactPressure::Hertz(radius) } else { ContactPressure::Uniform(radius) };
         let cover = SoftCover { thickness, base: Base::Rigid, contact };
         let off = (cover.table().share([x, y], 2e-3) - cover.share([x, y], 2e-3)).abs();
         // What ShareTable states.
@@ -248,7 +248,7 @@ proptest! {
 
     #[test]
     fn the_whole_load_arrives(thickness in 0.4e-3..1.5e-3, radius in 0.0..5e-3, x in -1e-3..1e-3, y in -1e-3..1e-3) {
-        let cover = SoftCover { thickness, base: Base::Rigid, contact: Contact::Uniform(radius) };
+        let cover = SoftCover { thickness, base: Base::Rigid, contact: ContactPressure::Uniform(radius) };
         let table = cover.table();
         let cells = (-20..=20).flat_map(|i| (-20..=20).map(move |j| (i, j)));
         let total: f64 = cells

@@ -7,7 +7,7 @@
 use crate::common::{Parameters, assert_near, commented_table};
 use num_complex::Complex64;
 use taxel::electronics::{ChargeMode, FirstOrderFilter, Output};
-use taxel::mechanics::{Base, Contact, Plate, Profile, SoftCover};
+use taxel::mechanics::{Base, ContactPressure, Plate, Profile, SoftCover};
 use taxel::transduction::{PiezoelectricElement, SiliconePath};
 use taxel_numerics::linear_chain::{Chain, Transfer};
 
@@ -151,9 +151,9 @@ fn layer_transmission_table() {
     for row in commented_table("p3_layer_transmission.csv").1 {
         let radius = row.at("contact_radius_m");
         let contact = if radius > 0.0 {
-            Contact::Uniform(radius)
+            ContactPressure::Uniform(radius)
         } else {
-            Contact::Point
+            ContactPressure::Point
         };
         let cover = SoftCover {
             thickness: row.at("h_m"),

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common::{assert_near, table};
-use taxel::mechanics::{Base, Contact, SoftCover};
+use taxel::mechanics::{Base, ContactPressure, SoftCover};
 
 const MM: f64 = 1e-3;
 /// Side of an element of P3, m.
 const SIDE: f64 = 2e-3;
 
-fn cover(thickness: f64, contact: Contact) -> SoftCover {
+fn cover(thickness: f64, contact: ContactPressure) -> SoftCover {
     SoftCover {
         thickness,
         base: Base::Rigid,
@@ -23,7 +23,7 @@ fn cells_of_a_picture_have_the_force_and_its_moment() {
     let cover = SoftCover {
         thickness: 1.15e-3,
         base: Base::Rigid,
-        contact: Contact::Uniform(2e-3),
+        contact: ContactPressure::Uniform(2e-3),
     };
     let (cell, count) = (0.25e-3, 96_usize);
     let half = 0.5 * cell * count as f64;
@@ -51,7 +51,7 @@ fn solved_shares_of_a_shear_force() {
     let mut rows = 0;
     for row in table("solved_p3_shear.csv") {
         let [thickness, radius] = ["h_mm", "a_mm"].map(|column| row.si(column, MM));
-        let cover = cover(thickness, Contact::Uniform(radius));
+        let cover = cover(thickness, ContactPressure::Uniform(radius));
         let fast = cover.shear_table();
         for distance in [1_u32, 2, 3, 4, 6, 8] {
             let offset = [f64::from(distance) * MM, 0.0];
@@ -89,7 +89,8 @@ fn edges_of_the_element_agree_with_the_integral_over_wave_numbers() {
         }
     }
     let expected = sum * step * step / std::f64::consts::PI.powi(2);
-    let [share, _] = cover(h * MM, Contact::Uniform(a * MM)).shear_shares([x * MM, y * MM], SIDE);
+    let [share, _] =
+        cover(h * MM, ContactPressure::Uniform(a * MM)).shear_shares([x * MM, y * MM], SIDE);
     assert_near(share, expected, 0.0, 1e-6, "share");
 }
 
@@ -102,9 +103,9 @@ fn tiling() -> impl Iterator<Item = [f64; 2]> {
 #[test]
 fn a_shear_force_presses_as_much_as_it_pulls() {
     for contact in [
-        Contact::Point,
-        Contact::Uniform(2.0 * MM),
-        Contact::Hertz(3.0 * MM),
+        ContactPressure::Point,
+        ContactPressure::Uniform(2.0 * MM),
+        ContactPressure::Hertz(3.0 * MM),
     ] {
         let table = cover(1.15 * MM, contact).shear_table();
         let sums = tiling()
@@ -121,7 +122,10 @@ fn a_shear_force_presses_as_much_as_it_pulls() {
 #[test]
 fn the_base_turns_the_moment_of_the_shear() {
     let thickness = 1.15 * MM;
-    for contact in [Contact::Uniform(2.0 * MM), Contact::Hertz(3.0 * MM)] {
+    for contact in [
+        ContactPressure::Uniform(2.0 * MM),
+        ContactPressure::Hertz(3.0 * MM),
+    ] {
         let table = cover(thickness, contact).shear_table();
         // Small elements: the pressure times the distance of their middle, over a quarter of
         // the base as far as exp(-0.739 24) of it is left.
@@ -139,7 +143,7 @@ fn the_base_turns_the_moment_of_the_shear() {
 
 #[test]
 fn the_share_is_odd_along_the_shear_and_even_across_it() {
-    let cover = cover(1.0 * MM, Contact::Hertz(2.5 * MM));
+    let cover = cover(1.0 * MM, ContactPressure::Hertz(2.5 * MM));
     let [x, y] = [2.2 * MM, 1.3 * MM];
     let [share, other] = cover.shear_shares([x, y], SIDE);
     let [behind, _] = cover.shear_shares([-x, y], SIDE);

@@ -3,7 +3,7 @@
 
 use crate::common::{assert_near, table};
 use taxel::acquisition::{Delivery, Frame, Stimulus, Twin};
-use taxel::device::{Device, LayerState, MicrochannelPredictor};
+use taxel::device::{Device, MicrochannelLayerState, MicrochannelPredictor};
 use taxel::estimation::{ArrayEstimator, Certainty, Contact, State, Touch};
 use taxel::mechanics::Stretch;
 use taxel::predict::{Load, LoadValue, Loads, Predictor};
@@ -103,11 +103,11 @@ fn prediction_is_the_three_dimensional_calculation() {
             1.4 * 0.006,
             "worst top",
         );
-        assert_eq!(rows.state, LayerState::Open);
+        assert_eq!(rows.state, MicrochannelLayerState::Open);
     }
     let beyond = predictor.predict(26e3, 1.0).unwrap();
-    assert_eq!(beyond.layers[0].state, LayerState::Beyond);
-    assert_eq!(beyond.layers[1].state, LayerState::Open);
+    assert_eq!(beyond.layers[0].state, MicrochannelLayerState::Beyond);
+    assert_eq!(beyond.layers[1].state, MicrochannelLayerState::Open);
     assert_eq!(
         beyond.layers[0].parts[0].thinnest.map(|at| at >= 0.443),
         Some(true)

@@ -11,12 +11,12 @@ use taxel::mechanics::{Relaxation, RelaxationTerm};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
-use taxel::transduction::UnitModel;
+use taxel::transduction::ThreeAxisModel;
 use taxel::transduction::mean_inverse_gap;
 
 const SIGMA: [f64; 4] = [1e-16; 4];
 
-fn nominal() -> UnitModel {
+fn nominal() -> ThreeAxisModel {
     Sensor::shipped("three-axis-8x8")
         .unwrap()
         .three_axis()
@@ -26,7 +26,7 @@ fn nominal() -> UnitModel {
 
 /// Any unit that could be built: scattered gaps, parallel capacitances, tilt
 /// shares, stiffnesses and a little cross-talk.
-fn any_unit() -> impl Strategy<Value = UnitModel> {
+fn any_unit() -> impl Strategy<Value = ThreeAxisModel> {
     let gaps = prop::array::uniform4(4.5e-6..7e-6_f64);
     let parallel = prop::array::uniform4(0.0..40e-15_f64);
     let stiffness = prop::array::uniform3(8e3..15e3_f64);
@@ -50,7 +50,7 @@ fn any_load() -> impl Strategy<Value = [f64; 3]> {
     (-12e-3..12e-3_f64, -12e-3..12e-3_f64, -5e-3..12e-3_f64).prop_map(|(x, y, z)| [x, y, z])
 }
 
-fn capacitance(unit: &UnitModel, force: [f64; 3]) -> [f64; 4] {
+fn capacitance(unit: &ThreeAxisModel, force: [f64; 3]) -> [f64; 4] {
     unit.predict(force).1.capacitance()
 }
 
@@ -248,7 +248,7 @@ fn any_overload() -> impl Strategy<Value = [f64; 3]> {
 }
 
 /// An estimator of the shipped array that reads capacitances, and its first unit.
-fn reading_capacitances() -> (ArrayEstimator, UnitModel) {
+fn reading_capacitances() -> (ArrayEstimator, ThreeAxisModel) {
     let sensor = Sensor::shipped("three-axis-8x8").unwrap();
     let calibration = sensor.three_axis().unwrap().calibration();
     let unit = calibration.units[0];

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use taxel::acquisition::{Delivery, Frame, Quantity, Stimulus, Twin};
-use taxel::calibration::Calibration;
+use taxel::calibration::ThreeAxisCalibration;
 use taxel::device::Device;
 use taxel::estimation::{
     ArrayEstimator, Certainty, ChannelState, RestRefused, State, ThreeAxisOptions, ThreeAxisReader,
@@ -17,7 +17,7 @@ struct Run {
     estimator: ArrayEstimator,
 }
 
-fn estimator(calibration: Calibration) -> ArrayEstimator {
+fn estimator(calibration: ThreeAxisCalibration) -> ArrayEstimator {
     let options = ThreeAxisOptions::default();
     let reader = ThreeAxisReader::new(calibration, Quantity::Counts, options).unwrap();
     ArrayEstimator::new(Box::new(reader))
@@ -384,7 +384,7 @@ fn a_multiplexer_skews_what_it_reads() {
         { time = \"4 s\", force = [\"0 mN\", \"0 mN\", \"0 mN\"] },\n{ time = \"6 s\", force = [\"0 mN\", \"0 mN\", \"8 mN\"] }]\n";
     let stimulus = Stimulus::parse("ramp", ramp).unwrap();
     let mut twin = Twin::new(&multiplexed, &stimulus, 1).unwrap();
-    let mut estimator = estimator(Calibration {
+    let mut estimator = estimator(ThreeAxisCalibration {
         units: multiplexed.three_axis().unwrap().made(),
         ..multiplexed.three_axis().unwrap().calibration()
     });

@@ -15,7 +15,7 @@ use taxel_fem::field::electrostatics::{
 };
 use taxel_fem::field::exterior::{Ball, Exterior, Shell, add_exterior, surround};
 use taxel_fem::field::geometry::Geometry;
-use taxel_fem::field::laplace::{Coefficient, Domain, Motion};
+use taxel_fem::field::laplace::{Coefficient, Domain, MeshMotion};
 use taxel_fem::mesh::{CellShape, Mesh};
 use taxel_fem::study::layer::{Layer, SideFace};
 
@@ -128,14 +128,18 @@ impl Section {
     /// # Errors
     /// [`FieldError`]: permittivities that are not positive, cells turned inside out.
     pub fn solve(&self, media: Media) -> Result<BarCapacitance, FieldError> {
-        self.solve_moved(media, Motion::None)
+        self.solve_moved(media, MeshMotion::None)
     }
 
     /// The same on a mesh that moves, or pulled back.
     ///
     /// # Errors
     /// As [`Section::solve`].
-    pub fn solve_moved(&self, media: Media, motion: Motion) -> Result<BarCapacitance, FieldError> {
+    pub fn solve_moved(
+        &self,
+        media: Media,
+        motion: MeshMotion,
+    ) -> Result<BarCapacitance, FieldError> {
         let with = |zero: &[&str]| -> Result<f64, FieldError> {
             let found = self.field(media, motion, zero)?;
             Ok(found.matrix[0][0] / VACUUM_PERMITTIVITY)
@@ -160,7 +164,7 @@ impl Section {
     fn field(
         &self,
         media: Media,
-        motion: Motion,
+        motion: MeshMotion,
         zero: &[&str],
     ) -> Result<Capacitance, FieldError> {
         let permittivities = [
@@ -326,7 +330,7 @@ mod tests {
             above: 1.0,
             below: Some(5.5),
         };
-        let found = section.field(media, Motion::None, &["odd"]).unwrap();
+        let found = section.field(media, MeshMotion::None, &["odd"]).unwrap();
         assert!(found.mismatch() < 1e-8, "{}", found.mismatch());
     }
 

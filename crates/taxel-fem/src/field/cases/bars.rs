@@ -1,7 +1,7 @@
 //! Two bars of rectangular section side by side.
 
 use super::grid::{Sizes, line, name_nodes, plane};
-use super::{Case, SPACE, check, growth, open, solve};
+use super::{FieldCase, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::geometry::Geometry;
@@ -24,7 +24,7 @@ pub fn bars(
     width: f64,
     reference: f64,
     level: u32,
-) -> Result<Case, FieldError> {
+) -> Result<FieldCase, FieldError> {
     check(
         level,
         &[
@@ -62,7 +62,7 @@ pub fn bars(
         Infinity::Free,
     )?;
     // Two quarters carry one bar, at half the voltage.
-    Ok(Case {
+    Ok(FieldCase {
         name: format!("bars {thickness} x {width}, gap {gap}"),
         ours: found.matrix[0][0],
         reference,

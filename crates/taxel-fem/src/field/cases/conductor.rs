@@ -1,11 +1,11 @@
 //! Currents in sheets.
 
 use super::grid::{Sizes, line, plane};
-use super::{Case, check, growth};
+use super::{FieldCase, check, growth};
 use crate::field::FieldError;
 use crate::field::conduction::Conduction;
 use crate::field::geometry::Geometry;
-use crate::field::laplace::{Coefficient, Domain, Motion};
+use crate::field::laplace::{Coefficient, Domain, MeshMotion};
 use std::f64::consts::{LN_2, PI};
 
 /// A right-angled bend of a strip of width one: what its corner square adds to the
@@ -13,7 +13,7 @@ use std::f64::consts::{LN_2, PI};
 ///
 /// # Errors
 /// [`FieldError`] for levels out of range.
-pub fn corner_square(level: u32) -> Result<Case, FieldError> {
+pub fn corner_square(level: u32) -> Result<FieldCase, FieldError> {
     check(level, &[])?;
     // What the corner disturbs falls as exp(-2 pi length) in the energy: 1e-11 here.
     let arm = 4.0;
@@ -34,7 +34,7 @@ pub fn corner_square(level: u32) -> Result<Case, FieldError> {
         domain: Domain {
             mesh: &mesh,
             geometry: Geometry::Plane,
-            motion: Motion::None,
+            motion: MeshMotion::None,
             exterior: None,
         },
         conductivities: &[("sheet", Coefficient::Scalar(1.0))],
@@ -42,7 +42,7 @@ pub fn corner_square(level: u32) -> Result<Case, FieldError> {
         to: "other end",
     }
     .resistance()?;
-    Ok(Case {
+    Ok(FieldCase {
         name: "corner square of a bend".into(),
         ours: found.by_power - 2.0 * arm,
         reference: 1.0 - 2.0 / PI * LN_2,

@@ -6,7 +6,7 @@ use super::{check, growth};
 use crate::field::FieldError;
 use crate::field::electrostatics::{Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use crate::field::geometry::Geometry;
-use crate::field::laplace::{Coefficient, Domain, Motion};
+use crate::field::laplace::{Coefficient, Domain, MeshMotion};
 use crate::mesh::Mesh;
 
 /// What stands beside the plates, on both sides alike.
@@ -145,7 +145,7 @@ impl FacingPlates {
             domain: Domain {
                 mesh: &mesh,
                 geometry: Geometry::Plane,
-                motion: Motion::None,
+                motion: MeshMotion::None,
                 exterior: None,
             },
             permittivities: &[
@@ -241,7 +241,7 @@ impl FacingPlates {
             domain: Domain {
                 mesh,
                 geometry,
-                motion: Motion::None,
+                motion: MeshMotion::None,
                 exterior: None,
             },
             permittivities: &[

@@ -23,12 +23,12 @@ use super::FieldError;
 use super::electrostatics::{Capacitance, Electrostatics, Infinity, VACUUM_PERMITTIVITY};
 use super::exterior::{Ball, Exterior, Shell, add_exterior, surround};
 use super::geometry::Geometry;
-use super::laplace::{Coefficient, Domain, Motion};
+use super::laplace::{Coefficient, Domain, MeshMotion};
 use crate::mesh::Mesh;
 
 /// A computed number beside the known one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
+pub struct FieldCase {
     /// Name of the case.
     pub name: String,
     /// Our value.
@@ -39,7 +39,7 @@ pub struct Case {
     pub cells: usize,
 }
 
-impl Case {
+impl FieldCase {
     /// Relative error, with its sign.
     pub fn error(&self) -> f64 {
         self.ours / self.reference - 1.0
@@ -114,7 +114,7 @@ fn solve(
         domain: Domain {
             mesh,
             geometry,
-            motion: Motion::None,
+            motion: MeshMotion::None,
             exterior: Some(exterior),
         },
         permittivities,

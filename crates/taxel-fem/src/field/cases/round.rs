@@ -1,7 +1,7 @@
 //! Discs, a sphere and a cube in unbounded space.
 
 use super::grid::{Sizes, line, name_nodes, plane, solid};
-use super::{Case, SPACE, check, growth, open, solve};
+use super::{FieldCase, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::exterior::{Ball, Shell, add_exterior, surround};
@@ -23,11 +23,11 @@ pub const COAXIAL_DISCS: [(f64, f64); 5] = [
 ///
 /// # Errors
 /// [`FieldError`] for ratios or levels out of range.
-pub fn coaxial_discs(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+pub fn coaxial_discs(ratio: f64, reference: f64, level: u32) -> Result<FieldCase, FieldError> {
     check(level, &[("distance over radius", ratio)])?;
     let height = 0.5 * ratio;
     let (capacitance, cells) = disc_at(height, &["middle"], ratio.min(1.0), level)?;
-    Ok(Case {
+    Ok(FieldCase {
         name: format!("coaxial discs, d/a = {ratio}"),
         // The disc is at half the voltage.
         ours: capacitance / 2.0,
@@ -40,10 +40,10 @@ pub fn coaxial_discs(ratio: f64, reference: f64, level: u32) -> Result<Case, Fie
 ///
 /// # Errors
 /// [`FieldError`] for levels out of range.
-pub fn disc(level: u32) -> Result<Case, FieldError> {
+pub fn disc(level: u32) -> Result<FieldCase, FieldError> {
     check(level, &[])?;
     let (capacitance, cells) = disc_at(0.0, &[], 1.0, level)?;
-    Ok(Case {
+    Ok(FieldCase {
         name: "isolated disc".into(),
         ours: 2.0 * capacitance,
         reference: 8.0,
@@ -88,7 +88,7 @@ fn disc_at(height: f64, zero: &[&str], scale: f64, level: u32) -> Result<(f64, u
 ///
 /// # Errors
 /// [`FieldError`] for levels out of range.
-pub fn sphere(level: u32) -> Result<Case, FieldError> {
+pub fn sphere(level: u32) -> Result<FieldCase, FieldError> {
     check(level, &[])?;
     let count = 4 * level as usize;
     let sizes = |length: f64| Sizes {
@@ -119,7 +119,7 @@ pub fn sphere(level: u32) -> Result<Case, FieldError> {
         &[],
         Infinity::Zero,
     )?;
-    Ok(Case {
+    Ok(FieldCase {
         name: "isolated sphere".into(),
         ours: 2.0 * found.matrix[0][0],
         reference: 4.0 * PI,
@@ -131,7 +131,7 @@ pub fn sphere(level: u32) -> Result<Case, FieldError> {
 ///
 /// # Errors
 /// [`FieldError`] for levels out of range.
-pub fn cube(level: u32) -> Result<Case, FieldError> {
+pub fn cube(level: u32) -> Result<FieldCase, FieldError> {
     check(level, &[])?;
     // The field grows as r^-1/3 at the edges.
     let smallest = 0.5 * 8.0_f64.powi(-(level as i32));
@@ -164,7 +164,7 @@ pub fn cube(level: u32) -> Result<Case, FieldError> {
         &[],
         Infinity::Zero,
     )?;
-    Ok(Case {
+    Ok(FieldCase {
         name: "isolated cube".into(),
         ours: 8.0 * found.matrix[0][0] / (4.0 * PI),
         reference: 0.660678154,

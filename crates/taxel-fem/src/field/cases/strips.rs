@@ -1,7 +1,7 @@
 //! Strips of no thickness in unbounded space.
 
 use super::grid::{Sizes, line, name_nodes, plane};
-use super::{Case, SPACE, check, growth, open, solve};
+use super::{FieldCase, SPACE, check, growth, open, solve};
 use crate::field::FieldError;
 use crate::field::electrostatics::Infinity;
 use crate::field::geometry::Geometry;
@@ -42,9 +42,9 @@ fn at_edge(scale: f64, level: u32) -> f64 {
 ///
 /// # Errors
 /// [`FieldError`] for ratios or levels out of range.
-pub fn coplanar_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+pub fn coplanar_strips(ratio: f64, reference: f64, level: u32) -> Result<FieldCase, FieldError> {
     let (ours, cells) = coplanar_strips_in(&SPACE, ratio, level)?;
-    Ok(Case {
+    Ok(FieldCase {
         name: format!("coplanar strips, s/g = {ratio}"),
         ours,
         reference,
@@ -97,7 +97,7 @@ fn coplanar_strips_in(
 ///
 /// # Errors
 /// [`FieldError`] for ratios or levels out of range.
-pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<FieldCase, FieldError> {
     above_plane(ratio, reference, level, false)
 }
 
@@ -106,7 +106,7 @@ pub fn opposed_strips(ratio: f64, reference: f64, level: u32) -> Result<Case, Fi
 ///
 /// # Errors
 /// [`FieldError`] for ratios or levels out of range.
-pub fn strip_above_ground(ratio: f64, reference: f64, level: u32) -> Result<Case, FieldError> {
+pub fn strip_above_ground(ratio: f64, reference: f64, level: u32) -> Result<FieldCase, FieldError> {
     above_plane(ratio, reference, level, true)
 }
 
@@ -115,7 +115,7 @@ fn above_plane(
     reference: f64,
     level: u32,
     inside_only: bool,
-) -> Result<Case, FieldError> {
+) -> Result<FieldCase, FieldError> {
     check(level, &[("width over distance", ratio)])?;
     let (half_width, height) = (0.5 * ratio, 0.5);
     let edge = Some(at_edge(ratio.min(1.0), level));
@@ -148,7 +148,7 @@ fn above_plane(
         Infinity::Free,
     )?;
     // Two quarters carry one strip, at half the voltage.
-    Ok(Case {
+    Ok(FieldCase {
         name: if inside_only {
             format!("strip above a ground plane, w/d = {ratio}")
         } else {

@@ -1,7 +1,7 @@
 //! Drawing of an array of cells: where they are, and the views of its parts.
 
 use super::ChainDevice;
-use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Part, Shape, View};
 
 /// Side of a drawn taxel over the pitch, where its own size is not known.
 const UNKNOWN_SIDE: f64 = 0.8;
@@ -31,7 +31,7 @@ pub(super) fn drawing(device: &ChainDevice<'_>) -> Drawing {
     }
     let [x, y] = layout.flat_position(0);
     if layout.columns > 1 {
-        view.dimensions.push(Dimension::new(
+        view.dimensions.push(DimensionLine::new(
             [x, y],
             [x + layout.pitch[0], y],
             14.0,
@@ -39,7 +39,7 @@ pub(super) fn drawing(device: &ChainDevice<'_>) -> Drawing {
         ));
     }
     if layout.rows > 1 {
-        view.dimensions.push(Dimension::new(
+        view.dimensions.push(DimensionLine::new(
             [x, y - layout.pitch[1]],
             [x, y],
             -14.0,

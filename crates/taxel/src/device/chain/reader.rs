@@ -22,6 +22,10 @@ const RECORDED_CAPACITANCES: NumberScale = NumberScale {
 pub(crate) const CONTACT_DEVIATIONS: f64 = 6.0;
 /// ... and above this share of the full scale.
 pub(crate) const CONTACT_SHARE: f64 = 0.01;
+/// A crossing does not conduct if its value is so many standard deviations below half of what is usual
+/// at rest: noise alone does that to one crossing in 1000, to a line of two once in 10⁶ frames.
+const OPEN_DEVIATIONS: f64 = 3.0;
+
 /// Reads the frames of any [`Chain`]: readout, network, cell and memory are undone one after the
 /// other, each with its slope.
 #[derive(Debug)]
@@ -50,6 +54,11 @@ pub struct ChainReader {
     falls: bool,
     /// Load per value of each cell, of the cells that count.
     weights: Vec<f64>,
+    /// Cells of each line that several share, and true for each cell of a line that is broken.
+    lines: Vec<Vec<usize>>,
+    broken: Vec<bool>,
+    /// Medians of the values and of the signals at rest, as captured: `NaN` before.
+    usual: [f64; 2],
     /// Over the total force, the deviation of what the cells cannot see of it.
     sampling: f64,
     /// The chain with one number off by the deviation that it is made with, for each such number,
@@ -128,6 +137,9 @@ impl ChainReader {
             weights: vec![0.0; count],
             tared: vec![false; count],
             zeros: vec![0.0; count],
+            lines: chain.network.lines(),
+            broken: vec![false; count],
+            usual: [f64::NAN; 2],
             by_noise: vec![f64::NAN; count],
             shared: vec![0.0; made.len()],
             own: vec![0.0; count],
@@ -224,6 +236,7 @@ impl ChainReader {
         match state {
             ChannelState::Masked => nothing(State::Masked),
             ChannelState::Faulty => nothing(State::Faulty),
+            _ if self.broken[cell] => nothing(State::Faulty),
             ChannelState::Saturated if !law.saturates() => nothing(State::Faulty),
             ChannelState::Saturated if law.is_the_load() => {
                 saturated(self.ends[cell] + self.zeros[cell])
@@ -241,6 +254,46 @@ impl ChainReader {
         }
     }
 
+    /// Finds the lines that are broken: no crossing of theirs has, within its noise, half of what is
+    /// usual at rest. A load adds to that, wherever it is. Where no values read like this frame, the
+    /// signals are asked in their place, and the frame is read without those lines.
+    fn find_broken(&mut self, channels: &ChannelReadings) {
+        self.broken.fill(false);
+        let (found, [usual, usual_signal]) = (&self.found, self.usual);
+        let is_open = |cell: &usize| match channels.states[*cell] {
+            ChannelState::Masked | ChannelState::Faulty => true,
+            // A resistance is at its high end where nothing conducts.
+            ChannelState::Saturated => self.falls,
+            _ if found.converged => {
+                found.values[*cell] + OPEN_DEVIATIONS * found.deviations[*cell] < 0.5 * usual
+            }
+            _ => {
+                let (signal, off) = (self.signals[*cell], OPEN_DEVIATIONS * self.noise[*cell]);
+                if self.falls {
+                    signal - off > 2.0 * usual_signal
+                } else {
+                    signal + off < 0.5 * usual_signal
+                }
+            }
+        };
+        let mut any = false;
+        for line in self.lines.iter().filter(|line| line.iter().all(is_open)) {
+            any = true;
+            for cell in line {
+                self.broken[*cell] = true;
+            }
+        }
+        if any && !self.found.converged {
+            for (signal, broken) in self.signals.iter_mut().zip(&self.broken) {
+                if *broken {
+                    *signal = f64::NAN;
+                }
+            }
+            self.found.values.clone_from(&self.at_rest.values);
+            self.invert();
+        }
+    }
+
     /// Load on a cell with its standard deviation.
     fn load(&mut self, cell: usize, channel: ChannelState, elapsed: f64) -> ([f64; 2], State) {
         let (estimate, state) = self.estimate(cell, channel);
@@ -249,16 +302,17 @@ impl ChainReader {
             Some(memory) if channel.usable() => memory.recover(estimate.load, elapsed),
             _ => [estimate.load, 1.0],
         };
-        (self.weights[cell], self.own[cell]) = (0.0, 0.0);
-        self.by_noise[cell] = gain * estimate.deviation.abs();
-        if state == State::Ok && !self.made.is_empty() {
-            self.own[cell] = gain * gain * self.variance_as_made(cell, estimate.load);
+        let by_noise = gain * estimate.deviation.abs();
+        if self.is_independent() {
+            return ([load, by_noise], state);
         }
+        self.by_noise[cell] = by_noise;
+        (self.weights[cell], self.own[cell]) = (0.0, 0.0);
         if state == State::Ok {
+            self.own[cell] = gain * gain * self.variance_as_made(cell, estimate.load);
             self.weights[cell] = gain * estimate.deviation / self.found.deviations[cell];
         }
-        let deviation = self.by_noise[cell].hypot(self.own[cell].sqrt());
-        ([load, deviation], state)
+        ([load, by_noise.hypot(self.own[cell].sqrt())], state)
     }
 
     /// Touch on a taxel from the values of its cells.
@@ -367,6 +421,7 @@ impl Reader for ChainReader {
     fn read(&mut self, known: &Known<'_>, touch: &mut Touch) {
         self.take_signals(known, &touch.channels);
         self.invert();
+        self.find_broken(&touch.channels);
         let elapsed = known.elapsed.unwrap_or(0.0);
         for taxel in 0..touch.taxels.len() {
             touch.taxels[taxel] = self.taxel(taxel, &mut touch.channels, elapsed);
@@ -432,6 +487,15 @@ impl Reader for ChainReader {
                 0.0
             };
         }
+        self.usual = [&self.at_rest.values, &self.rest].map(|of| {
+            let captured = of.iter().zip(rest).filter(|(_, rest)| !rest.is_nan());
+            let mut captured: Vec<f64> = captured.map(|(of, _)| *of).collect();
+            captured.sort_by(f64::total_cmp);
+            captured
+                .get(captured.len() / 2)
+                .copied()
+                .unwrap_or(f64::NAN)
+        });
         self.found.values.clone_from(&self.at_rest.values);
         for memory in &mut self.memory {
             *memory = memory.fresh();

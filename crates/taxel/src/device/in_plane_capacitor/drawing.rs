@@ -1,7 +1,7 @@
 //! Drawing of an in-plane sensor.
 
 use super::InPlaneArray;
-use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Part, Shape, View};
 
 /// Thickness at which the rigid base is drawn, as a share of the layer: the
 /// base has no thickness in the model.
@@ -47,14 +47,14 @@ fn from_above(array: &InPlaneArray<'_>) -> View {
     let (left, right) = (x - 0.5 * element.layer_width, x + 0.5 * element.layer_width);
     let (low, high) = (y - 0.5 * long, y + 0.5 * long);
     view.dimensions = vec![
-        Dimension::new([left, high], [right, high], 14.0, "layer"),
-        Dimension::new(
+        DimensionLine::new([left, high], [right, high], 14.0, "layer"),
+        DimensionLine::new(
             [x - 0.5 * loaded[0], low],
             [x + 0.5 * loaded[0], low],
             -14.0,
             "loaded",
         ),
-        Dimension::new(
+        DimensionLine::new(
             [right, y - 0.5 * electrodes.depth],
             [right, y + 0.5 * electrodes.depth],
             14.0,
@@ -83,11 +83,11 @@ fn section(array: &InPlaneArray<'_>) -> View {
             Shape::rectangle(Part::Electrode, [near, low], [far, high]),
         ],
         dimensions: vec![
-            Dimension::new([-half, 0.0], [-half, top], -14.0, "H"),
-            Dimension::new([half, 0.0], [half, low], 14.0, "S"),
-            Dimension::new([half, low], [half, high], 14.0, "T"),
-            Dimension::new([near, base], [far, base], -12.0, "b"),
-            Dimension::new([-loaded, top], [loaded, top], 14.0, "loaded 2 L"),
+            DimensionLine::new([-half, 0.0], [-half, top], -14.0, "H"),
+            DimensionLine::new([half, 0.0], [half, low], 14.0, "S"),
+            DimensionLine::new([half, low], [half, high], 14.0, "T"),
+            DimensionLine::new([near, base], [far, base], -12.0, "b"),
+            DimensionLine::new([-loaded, top], [loaded, top], 14.0, "loaded 2 L"),
         ],
         labels: vec![Label {
             at: [0.0, 0.5 * low],
@@ -110,9 +110,9 @@ fn gap(array: &InPlaneArray<'_>) -> View {
             Shape::rectangle(Part::Electrode, [near, 0.0], [wide, thick]),
         ],
         dimensions: vec![
-            Dimension::new([-near, thick], [near, thick], 14.0, "D")
+            DimensionLine::new([-near, thick], [near, thick], 14.0, "D")
                 .made_within(array.element.fabrication.gap_deviation),
-            Dimension::new([wide, 0.0], [wide, thick], 14.0, "T"),
+            DimensionLine::new([wide, 0.0], [wide, thick], 14.0, "T"),
         ],
         labels: Vec::new(),
     }

@@ -9,7 +9,7 @@ use super::chain::Piece;
 use super::{ChainDevice, Device};
 use crate::acquisition::{Simulated, Stream};
 use crate::drawing::Drawing;
-use crate::electronics::FrontEnd;
+use crate::electronics::CapacitanceBoard;
 use crate::estimation::{FrameError, ObserverOptions, Reader};
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
@@ -29,7 +29,7 @@ pub struct InPlaneArray<'a> {
     /// Element of one taxel.
     pub element: &'a InPlaneCapacitor,
     /// The board.
-    pub board: FrontEnd,
+    pub board: CapacitanceBoard,
 }
 
 impl<'a> InPlaneArray<'a> {
@@ -39,7 +39,7 @@ impl<'a> InPlaneArray<'a> {
         Some(Self {
             sensor,
             element,
-            board: FrontEnd::of_single(&sensor.electronics, array.rows, array.columns)?,
+            board: CapacitanceBoard::of_single(&sensor.electronics, array.rows, array.columns)?,
         })
     }
 

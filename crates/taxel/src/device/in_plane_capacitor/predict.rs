@@ -2,7 +2,7 @@
 
 use super::InPlaneArray;
 use crate::device::{number_cell, number_column};
-use crate::electronics::{Delivered, FrontEnd};
+use crate::electronics::{CapacitanceBoard, Delivered};
 use crate::mechanics::{LARGEST_COMPRESSION, LayerError, LayerRange, LayerState};
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{CAPACITANCE, FORCE, LENGTH};
@@ -68,7 +68,7 @@ pub struct InPlanePredictor {
     inverse: Option<InPlaneInverse>,
     /// Force at the largest compression that a force is read back to, N.
     largest_force: Option<f64>,
-    board: FrontEnd,
+    board: CapacitanceBoard,
 }
 
 impl InPlanePredictor {
@@ -78,7 +78,7 @@ impl InPlanePredictor {
     }
 
     /// A predictor for one sensor with its board.
-    pub(super) fn of(model: InPlaneModel, board: FrontEnd) -> Self {
+    pub(super) fn of(model: InPlaneModel, board: CapacitanceBoard) -> Self {
         Self {
             inverse: model.inverse().ok(),
             largest_force: match model.compression_from_force(f64::MAX) {
@@ -389,7 +389,7 @@ fn the_load(load: &Load<'_>) -> Result<(usize, f64), LoadRefused> {
 }
 
 /// Columns of the answers.
-fn columns(board: &FrontEnd) -> Vec<Column> {
+fn columns(board: &CapacitanceBoard) -> Vec<Column> {
     let number = |name: &str, decimals| Column::new(name, "", 1.0, "", decimals);
     let change = |name: &str| Column::new(name, "fF", 1e-15, "f", 4);
     let mut columns = vec![

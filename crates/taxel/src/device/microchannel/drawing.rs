@@ -1,7 +1,7 @@
 //! Drawing of crossing microchannels.
 
 use super::MicrochannelArray;
-use crate::drawing::{Dimension, Drawing, Label, Outline, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Outline, Part, Shape, View};
 use crate::mechanics::SectionShape;
 
 /// Thickness at which what the sheet is fixed to is drawn, as a share of the
@@ -63,13 +63,13 @@ fn from_above(array: &MicrochannelArray<'_>) -> View {
         let from = [first[0], low[1]];
         let to = [first[0] + pitch_x, low[1]];
         view.dimensions
-            .push(Dimension::new(from, to, -14.0, "pitch"));
+            .push(DimensionLine::new(from, to, -14.0, "pitch"));
     }
     if layout.rows > 1 {
         let from = [high[0], first[1]];
         let to = [high[0], first[1] - pitch_y];
         view.dimensions
-            .push(Dimension::new(from, to, 14.0, "pitch"));
+            .push(DimensionLine::new(from, to, 14.0, "pitch"));
     }
     view
 }
@@ -104,14 +104,14 @@ fn section(array: &MicrochannelArray<'_>) -> View {
         title: String::from("cut along the middle of a row"),
         shapes,
         dimensions: vec![
-            Dimension::new([reach, 0.0], [reach, thickness], 130.0, "stack"),
-            Dimension::new([0.0, column], [0.0, thickness], -14.0, "column roof"),
-            Dimension::new([reach, row], [reach, thickness], 14.0, "row roof"),
-            Dimension::new([left, thickness], [left + width, thickness], 14.0, "width"),
+            DimensionLine::new([reach, 0.0], [reach, thickness], 130.0, "stack"),
+            DimensionLine::new([0.0, column], [0.0, thickness], -14.0, "column roof"),
+            DimensionLine::new([reach, row], [reach, thickness], 14.0, "row roof"),
+            DimensionLine::new([left, thickness], [left + width, thickness], 14.0, "width"),
         ],
         labels: vec![Label {
             at: [0.5 * reach, 0.5 * element.base],
-            text: Dimension::new([0.0, 0.0], [0.0, height], 0.0, "channels, high")
+            text: DimensionLine::new([0.0, 0.0], [0.0, height], 0.0, "channels, high")
                 .made_within(element.fabrication.height_deviation)
                 .text,
         }],

@@ -25,7 +25,7 @@ use crate::summary::Fact;
 use crate::transduction::MicrochannelLayer;
 
 pub use predict::{
-    LayerAnswer, LayerState, MicrochannelPrediction, MicrochannelPredictor, PartAnswer,
+    LayerAnswer, MicrochannelLayerState, MicrochannelPrediction, MicrochannelPredictor, PartAnswer,
 };
 
 /// A plateau reads below itself by less than so many deviations of a reading.

@@ -47,7 +47,7 @@ pub struct LayerAnswer {
     /// Number of a frame.
     pub number: Delivered,
     /// State of the layer under the load.
-    pub state: LayerState,
+    pub state: MicrochannelLayerState,
 }
 
 /// A part of a channel under one pressure.
@@ -61,7 +61,7 @@ pub struct PartAnswer {
 
 /// State of a layer under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LayerState {
+pub enum MicrochannelLayerState {
     /// Open over the whole width.
     Open,
     /// The roof touches the floor; the corners are open.
@@ -73,7 +73,7 @@ pub enum LayerState {
     Saturated,
 }
 
-impl LayerState {
+impl MicrochannelLayerState {
     /// Name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -220,13 +220,13 @@ impl MicrochannelPredictor {
         let signal = self.board.signal.of(resistance);
         let any = |state: fn(&ClosingState) -> bool| sections.iter().any(|at| state(&at.state));
         let state = if self.board.saturated(signal) {
-            LayerState::Saturated
+            MicrochannelLayerState::Saturated
         } else if any(|state| matches!(state, ClosingState::Beyond { .. })) {
-            LayerState::Beyond
+            MicrochannelLayerState::Beyond
         } else if any(|state| matches!(state, ClosingState::Closed)) {
-            LayerState::Closed
+            MicrochannelLayerState::Closed
         } else {
-            LayerState::Open
+            MicrochannelLayerState::Open
         };
         let part = |loaded: &SectionClosure| PartAnswer {
             loaded: *loaded,
@@ -442,7 +442,7 @@ impl Predictor for MicrochannelPredictor {
             row.push(Cell::Number(layer.resistance));
             // Of a bound only the resistance is reported; a signal that is only
             // known to be larger would look like a reading.
-            if layer.state == LayerState::Beyond {
+            if layer.state == MicrochannelLayerState::Beyond {
                 let signal = self.signal_columns("", 0).len();
                 row.extend(std::iter::repeat_n(Cell::Missing, 1 + signal));
             } else {

@@ -1,7 +1,7 @@
 //! Drawing of a piezoelectric array.
 
 use super::PiezoelectricArray;
-use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Part, Shape, View};
 
 /// Thickness at which the stiff base is drawn, as a share of the cover: it has
 /// no thickness in the model.
@@ -45,7 +45,7 @@ fn from_above(array: &PiezoelectricArray<'_>) -> View {
         });
     }
     let [x, y] = layout.flat_position(0);
-    view.dimensions.push(Dimension::new(
+    view.dimensions.push(DimensionLine::new(
         [x - half, reach[1]],
         [x + half, reach[1]],
         14.0,
@@ -54,12 +54,16 @@ fn from_above(array: &PiezoelectricArray<'_>) -> View {
     if layout.columns > 1 {
         let low = -reach[1];
         view.dimensions
-            .push(Dimension::new([x, low], [x + px, low], -14.0, "pitch"));
+            .push(DimensionLine::new([x, low], [x + px, low], -14.0, "pitch"));
     }
     if layout.rows > 1 {
         let right = reach[0];
-        view.dimensions
-            .push(Dimension::new([right, y], [right, y - py], 14.0, "pitch"));
+        view.dimensions.push(DimensionLine::new(
+            [right, y],
+            [right, y - py],
+            14.0,
+            "pitch",
+        ));
     }
     view
 }
@@ -89,26 +93,31 @@ fn section(array: &PiezoelectricArray<'_>) -> View {
     }
     let last = centre(shown - 1);
     let mut dimensions = vec![
-        Dimension::new(
+        DimensionLine::new(
             [reach, below + ceramic.thickness],
             [reach, top],
             14.0,
             "above",
         ),
-        Dimension::new(
+        DimensionLine::new(
             [-reach, below],
             [-reach, below + ceramic.thickness],
             -14.0,
             "ceramic",
         ),
-        Dimension::new([last - half, top], [last + half, top], 12.0, "element"),
+        DimensionLine::new([last - half, top], [last + half, top], 12.0, "element"),
     ];
     if below > 0.0 {
-        dimensions.push(Dimension::new([reach, 0.0], [reach, below], 14.0, "below"));
+        dimensions.push(DimensionLine::new(
+            [reach, 0.0],
+            [reach, below],
+            14.0,
+            "below",
+        ));
     }
     if shown > 1 {
         let level = -BASE_SHARE * top;
-        dimensions.push(Dimension::new(
+        dimensions.push(DimensionLine::new(
             [centre(0), level],
             [last, level],
             -12.0,

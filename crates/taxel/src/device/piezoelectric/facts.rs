@@ -6,7 +6,7 @@ use super::PiezoelectricArray;
 use crate::device::timing;
 use crate::electronics::LastStage;
 use crate::estimation::{ChargeOptions, ChargeReader};
-use crate::mechanics::{Base, BondedDisc, Contact, SoftCover};
+use crate::mechanics::{Base, BondedDisc, ContactPressure, SoftCover};
 use crate::summary::{Fact, Value, fact, number, text};
 use taxel_numerics::linear_chain::Transfer;
 
@@ -80,7 +80,7 @@ fn mechanics(array: &PiezoelectricArray<'_>) -> Vec<Fact> {
     let cover = SoftCover {
         thickness: description.depth(),
         base: Base::Rigid,
-        contact: Contact::Point,
+        contact: ContactPressure::Point,
     };
     let side = description.ceramic.side;
     let half_pitch = 0.5 * array.layout().pitch[0];

@@ -20,7 +20,7 @@ use crate::information::{
     Information, InformationOptions, NoInformation, RadiusKnowledge, Unknown,
 };
 use crate::layout::Layout;
-use crate::mechanics::{Base, Contact, PreloadError, ShareSlopeTable, SoftCover};
+use crate::mechanics::{Base, ContactPressure, PreloadError, ShareSlopeTable, SoftCover};
 use crate::predict::{Load, LoadColumn, LoadKind, Predictor};
 use crate::quantity::{Dimension, FORCE, LENGTH};
 use crate::sensor::{Broken, Element, Piezoelectric, Sensor, masked_capacitors};
@@ -220,7 +220,7 @@ impl PlaceInformation {
             let cover = SoftCover {
                 thickness: array.description.depth(),
                 base: Base::Rigid,
-                contact: Contact::Uniform(radius),
+                contact: ContactPressure::Uniform(radius),
             };
             cover.slope_table(farthest)
         };

@@ -7,7 +7,7 @@ use crate::electronics::ChargeBoard;
 use crate::estimation::Event;
 use crate::figure::{Axis, Chart, Figure, Series, Style};
 use crate::mechanics::{
-    Base, BondedDisc, Contact, Profile, SeatedSetting, SoftCover, SpherePressure,
+    Base, BondedDisc, ContactPressure, Profile, SeatedSetting, SoftCover, SpherePressure,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{FORCE, LENGTH, TIME};
@@ -191,8 +191,9 @@ impl PiezoelectricPredictor {
     /// The silicone above the elements, pressed over a contact.
     fn soft_cover(&self, contact: &ContactLoad) -> SoftCover {
         let depth = self.description.depth();
-        let sphere = || SpherePressure::on_layer(contact.radius, depth).map(Contact::Sphere);
-        let even = Contact::Uniform(contact.radius);
+        let sphere =
+            || SpherePressure::on_layer(contact.radius, depth).map(ContactPressure::Sphere);
+        let even = ContactPressure::Uniform(contact.radius);
         SoftCover {
             thickness: depth,
             base: Base::Rigid,

@@ -4,7 +4,7 @@ use super::PiezoelectricArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
 use crate::electronics::ChargeBoard;
 use crate::layout::Layout;
-use crate::mechanics::{Base, Contact, ShareTable, ShearTable, SoftCover};
+use crate::mechanics::{Base, ContactPressure, ShareTable, ShearTable, SoftCover};
 use taxel_numerics::Noise;
 use taxel_numerics::linear_chain::{Chain, Memory, Step};
 
@@ -73,7 +73,7 @@ impl Piece {
         SoftCover {
             thickness: self.depth,
             base: Base::Rigid,
-            contact: Contact::Hertz(radius),
+            contact: ContactPressure::Hertz(radius),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Drawing of a three-axis array.
 
 use super::ThreeAxisArray;
-use crate::drawing::{Dimension, Drawing, Label, Outline, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Outline, Part, Shape, View};
 
 /// Thickness at which the rigid base is drawn, as a share of the stack above
 /// it: the base has no thickness in the model.
@@ -45,7 +45,7 @@ fn from_above(array: &ThreeAxisArray<'_>) -> View {
     let corner = |taxel: usize| layout.flat_position(taxel);
     let [x, y] = corner(0);
     let half = 0.5 * outline.unit_side;
-    view.dimensions.push(Dimension::new(
+    view.dimensions.push(DimensionLine::new(
         [x - half, y + half],
         [x + half, y + half],
         14.0,
@@ -54,18 +54,22 @@ fn from_above(array: &ThreeAxisArray<'_>) -> View {
     let last = corner(layout.taxels() - 1);
     if layout.columns > 1 {
         let low = last[1] - half;
-        view.dimensions.push(Dimension::new(
+        view.dimensions.push(DimensionLine::new(
             [x, low],
             [x + layout.pitch[0], low],
             -14.0,
             "pitch",
         ));
-        view.dimensions
-            .push(Dimension::new([x, low], [last[0], low], -38.0, "centres"));
+        view.dimensions.push(DimensionLine::new(
+            [x, low],
+            [last[0], low],
+            -38.0,
+            "centres",
+        ));
     }
     if layout.rows > 1 {
         let right = last[0] + half;
-        view.dimensions.push(Dimension::new(
+        view.dimensions.push(DimensionLine::new(
             [right, y],
             [right, y - layout.pitch[1]],
             14.0,
@@ -121,18 +125,18 @@ fn section(array: &ThreeAxisArray<'_>) -> View {
         title: String::from("one unit, cut through the centres of two capacitors"),
         shapes,
         dimensions: vec![
-            Dimension::new([-tip, top], [tip, top], 12.0, "bump top"),
-            Dimension::new([half, bump], [half, top], 14.0, "bump"),
-            Dimension::new([half, bump_layer], [half, bump], 14.0, "bump layer"),
-            Dimension::new([half, layer], [half, bump_layer], 14.0, "electrode layer"),
-            Dimension::new([-half, layer], [-half, top], -14.0, "lever"),
-            Dimension::new(
+            DimensionLine::new([-tip, top], [tip, top], 12.0, "bump top"),
+            DimensionLine::new([half, bump], [half, top], 14.0, "bump"),
+            DimensionLine::new([half, bump_layer], [half, bump], 14.0, "bump layer"),
+            DimensionLine::new([half, layer], [half, bump_layer], 14.0, "electrode layer"),
+            DimensionLine::new([-half, layer], [-half, top], -14.0, "lever"),
+            DimensionLine::new(
                 [-arm, -BASE_SHARE * top],
                 [arm, -BASE_SHARE * top],
                 -12.0,
                 "centres",
             ),
-            Dimension::new(
+            DimensionLine::new(
                 [-half, -BASE_SHARE * top],
                 [half, -BASE_SHARE * top],
                 -34.0,
@@ -168,10 +172,10 @@ fn gap(array: &ThreeAxisArray<'_>) -> View {
             band(Part::Electrode, layer, layer + thick, edge),
         ],
         dimensions: vec![
-            Dimension::new([wide, insulation], [wide, layer], 14.0, "air gap")
+            DimensionLine::new([wide, insulation], [wide, layer], 14.0, "air gap")
                 .made_within(array.element.fabrication.air_gap_deviation),
-            Dimension::new([0.0, 0.0], [0.0, insulation], -14.0, "insulation"),
-            Dimension::new([wide, layer], [wide, layer + thick], 14.0, "electrode"),
+            DimensionLine::new([0.0, 0.0], [0.0, insulation], -14.0, "insulation"),
+            DimensionLine::new([wide, layer], [wide, layer + thick], 14.0, "electrode"),
         ],
         labels: Vec::new(),
     }

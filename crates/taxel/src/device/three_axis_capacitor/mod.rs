@@ -8,9 +8,9 @@ mod simulated;
 
 use super::{Device, fits};
 use crate::acquisition::{Simulated, Stream};
-use crate::calibration::Calibration;
+use crate::calibration::ThreeAxisCalibration;
 use crate::drawing::Drawing;
-use crate::electronics::FrontEnd;
+use crate::electronics::CapacitanceBoard;
 use crate::estimation::{FrameError, ObserverOptions, Reader, ThreeAxisOptions, ThreeAxisReader};
 use crate::information::{Information, InformationOptions, NoInformation, Unknown};
 use crate::layout::Layout;
@@ -19,9 +19,9 @@ use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::FORCE;
 use crate::sensor::{Broken, Sensor, ThreeAxisCapacitor, masked_capacitors};
 use crate::summary::Fact;
-use crate::transduction::{DrawnEdges, OutsideEdges, UnitModel};
+use crate::transduction::{DrawnEdges, OutsideEdges, ThreeAxisModel};
 
-pub use predict::{CapacitanceParts, LoadState, Prediction, ThreeAxisPredictor};
+pub use predict::{CapacitanceParts, ThreeAxisLoadState, ThreeAxisPrediction, ThreeAxisPredictor};
 
 /// An array of three-axis units with its board.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub struct ThreeAxisArray<'a> {
     /// Element of one taxel.
     pub element: &'a ThreeAxisCapacitor,
     /// The board.
-    pub board: FrontEnd,
+    pub board: CapacitanceBoard,
 }
 
 impl<'a> ThreeAxisArray<'a> {
@@ -40,7 +40,7 @@ impl<'a> ThreeAxisArray<'a> {
         Some(Self {
             sensor,
             element,
-            board: FrontEnd::new(&sensor.electronics, array.rows, array.columns)?,
+            board: CapacitanceBoard::new(&sensor.electronics, array.rows, array.columns)?,
         })
     }
 
@@ -58,7 +58,7 @@ impl<'a> ThreeAxisArray<'a> {
     }
 
     /// The model of one unit as drawn.
-    pub fn unit_model(&self) -> UnitModel {
+    pub fn unit_model(&self) -> ThreeAxisModel {
         self.element.unit_model(&self.sensor.array)
     }
 
@@ -76,7 +76,7 @@ impl<'a> ThreeAxisArray<'a> {
     }
 
     /// The first calibrated unit; without one as drawn.
-    pub fn typical_unit(&self) -> UnitModel {
+    pub fn typical_unit(&self) -> ThreeAxisModel {
         let first = self.element.calibrated.first();
         first.map_or_else(|| self.unit_model(), |calibrated| calibrated.unit)
     }
@@ -87,16 +87,16 @@ impl<'a> ThreeAxisArray<'a> {
     }
 
     /// The units of the piece of fabrication that the sensor file describes.
-    pub fn made(&self) -> Vec<UnitModel> {
+    pub fn made(&self) -> Vec<ThreeAxisModel> {
         self.element.fabricate(&self.sensor.array)
     }
 
     /// The calibration that the drawing implies: every taxel as
     /// drawn, noise from the board's own figures.
-    pub fn calibration(&self) -> Calibration {
+    pub fn calibration(&self) -> ThreeAxisCalibration {
         let (element, board, layout) = (self.element, &self.board, self.layout());
         let taxels = layout.taxels();
-        Calibration {
+        ThreeAxisCalibration {
             channel: board.scale(),
             unit: board.last.unit(),
             units: element.unit_models(&self.sensor.array),

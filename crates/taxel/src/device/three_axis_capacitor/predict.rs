@@ -2,21 +2,23 @@
 
 use super::ThreeAxisArray;
 use crate::device::{AXES, force_loads, number_cell, number_column};
-use crate::electronics::{Delivered, FrontEnd};
-use crate::mechanics::{Deformation, Pressed, PressedUnit, Suspension};
+use crate::electronics::{CapacitanceBoard, Delivered};
+use crate::mechanics::{Pressed, PressedUnit, Suspension, ThreeAxisDeformation};
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
 use crate::table::{Cell, Column};
-use crate::transduction::{PlateReading, PublishedInverse, Response, TileEdges, UnitModel};
+use crate::transduction::{
+    PlateReading, PublishedInverse, ThreeAxisModel, ThreeAxisResponse, TileEdges,
+};
 
 /// Response of one unit of a device to one load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
+pub struct ThreeAxisPrediction {
     /// The load: force x, y, pressing, N.
     pub force: [f64; 3],
     /// Motion of the tiles.
-    pub deformation: Deformation,
+    pub deformation: ThreeAxisDeformation,
     /// Capacitances.
-    pub response: Response,
+    pub response: ThreeAxisResponse,
     /// Voltages of the amplifiers, V; none where capacitances are measured.
     pub voltage: [Option<f64>; 4],
     /// Numbers of a frame.
@@ -26,7 +28,7 @@ pub struct Prediction {
     /// Capacitor 11 in parts, where its edges follow from the drawing.
     pub parts: Option<CapacitanceParts>,
     /// State of the unit under the load.
-    pub state: LoadState,
+    pub state: ThreeAxisLoadState,
 }
 
 /// Parts of the capacitance 11, F, and its interval.
@@ -46,7 +48,7 @@ pub struct CapacitanceParts {
 
 /// State of a unit under a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LoadState {
+pub enum ThreeAxisLoadState {
     /// Within the range in which the model was verified.
     Ok,
     /// Above the usable force, within the full scale.
@@ -58,7 +60,7 @@ pub enum LoadState {
     Closed,
 }
 
-impl LoadState {
+impl ThreeAxisLoadState {
     /// Name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -73,10 +75,10 @@ impl LoadState {
 /// Predicts loads on one unit: the first calibrated taxel, or else as drawn.
 #[derive(Debug, Clone)]
 pub struct ThreeAxisPredictor {
-    unit: UnitModel,
+    unit: ThreeAxisModel,
     /// From the unit at rest.
     published_inverse: PublishedInverse,
-    board: FrontEnd,
+    board: CapacitanceBoard,
     usable_force: f64,
     full_scale: f64,
     /// Edges with the least and the greatest capacitance, where edges follow from the
@@ -113,7 +115,7 @@ impl ThreeAxisPredictor {
     }
 
     /// The model of the unit.
-    pub fn unit(&self) -> &UnitModel {
+    pub fn unit(&self) -> &ThreeAxisModel {
         &self.unit
     }
 
@@ -143,7 +145,7 @@ impl ThreeAxisPredictor {
     /// assert!((parts.plate / 172.2977e-15 - 1.1324).abs() < 1e-4);
     /// assert!((row.response.capacitance()[0] / 204.02e-15 - 1.118).abs() < 1e-3);
     /// ```
-    pub fn predict(&self, force: [f64; 3]) -> Prediction {
+    pub fn predict(&self, force: [f64; 3]) -> ThreeAxisPrediction {
         let solved = self.pressed_by(force);
         let (deformation, response) = solved.map_or_else(
             || self.unit.predict(force),
@@ -156,7 +158,7 @@ impl ThreeAxisPredictor {
             .suspension
             .force_from_displacement(motion.displacement)
             .unwrap_or([f64::NAN; 3]);
-        Prediction {
+        ThreeAxisPrediction {
             force,
             deformation,
             voltage: capacitance.map(|c| self.board.voltage(c)),
@@ -177,9 +179,9 @@ impl ThreeAxisPredictor {
     }
 
     /// Motion of the tiles and response of a unit that was solved.
-    fn respond_pressed(&self, pressed: &Pressed) -> (Deformation, Response) {
+    fn respond_pressed(&self, pressed: &Pressed) -> (ThreeAxisDeformation, ThreeAxisResponse) {
         let plates = &self.unit.plates;
-        let deformation = Deformation {
+        let deformation = ThreeAxisDeformation {
             displacement: [0.0, 0.0, pressed.closing],
             closing: [pressed.closing; 4],
             slope: [0.0; 2],
@@ -192,7 +194,7 @@ impl ThreeAxisPredictor {
             capacitance: plates.parallel_capacitance[i] + pressed.capacitance + edges,
             least_air_gap: pressed.least_gap.max(0.0),
         };
-        let response = Response {
+        let response = ThreeAxisResponse {
             plates: std::array::from_fn(reading),
         };
         (deformation, response)
@@ -200,7 +202,7 @@ impl ThreeAxisPredictor {
 
     fn parts(
         &self,
-        deformation: &Deformation,
+        deformation: &ThreeAxisDeformation,
         total: f64,
         solved: Option<&Pressed>,
     ) -> Option<CapacitanceParts> {
@@ -224,18 +226,18 @@ impl ThreeAxisPredictor {
         })
     }
 
-    fn state(&self, force: [f64; 3], response: &Response) -> LoadState {
+    fn state(&self, force: [f64; 3], response: &ThreeAxisResponse) -> ThreeAxisLoadState {
         let largest = force
             .iter()
             .fold(0.0, |largest: f64, f| largest.max(f.abs()));
         if response.closed().contains(&true) {
-            LoadState::Closed
+            ThreeAxisLoadState::Closed
         } else if largest > self.full_scale {
-            LoadState::OutOfRange
+            ThreeAxisLoadState::OutOfRange
         } else if largest > self.usable_force {
-            LoadState::AboveUsable
+            ThreeAxisLoadState::AboveUsable
         } else {
-            LoadState::Ok
+            ThreeAxisLoadState::Ok
         }
     }
 }
@@ -350,8 +352,8 @@ impl Predictor for ThreeAxisPredictor {
         if let Some(parts) = answer.parts {
             row.extend([parts.plate, parts.edges, parts.corners].map(Cell::Number));
             // A bound has no interval.
-            let bound =
-                answer.state == LoadState::Closed && self.pressed_by(answer.force).is_none();
+            let bound = answer.state == ThreeAxisLoadState::Closed
+                && self.pressed_by(answer.force).is_none();
             let ends = parts.surroundings.filter(|_| !bound);
             row.extend(match ends {
                 Some(ends) => ends.map(Cell::Number),

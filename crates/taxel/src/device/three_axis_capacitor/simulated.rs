@@ -2,20 +2,20 @@
 
 use super::ThreeAxisArray;
 use crate::acquisition::{FaultReading, Script, Simulated, Stream};
-use crate::electronics::FrontEnd;
+use crate::electronics::CapacitanceBoard;
 use crate::layout::Layout;
 use crate::mechanics::Relaxation;
-use crate::transduction::UnitModel;
+use crate::transduction::ThreeAxisModel;
 use taxel_numerics::Noise;
 
 /// One piece of fabrication with the history of its rubber.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     layout: Layout,
-    units: Vec<UnitModel>,
+    units: Vec<ThreeAxisModel>,
     /// Relaxation of each unit and the time of its last step, s.
     creep: Vec<(Relaxation<3>, f64)>,
-    board: FrontEnd,
+    board: CapacitanceBoard,
 }
 
 impl Piece {

@@ -1,7 +1,7 @@
 //! Drawing of a body without a model: the area that can be touched.
 
 use super::TrainedArray;
-use crate::drawing::{Dimension, Drawing, Label, Part, Shape, View};
+use crate::drawing::{DimensionLine, Drawing, Label, Part, Shape, View};
 
 pub(super) fn drawing(array: &TrainedArray<'_>) -> Drawing {
     let area = array.area();
@@ -16,9 +16,9 @@ pub(super) fn drawing(array: &TrainedArray<'_>) -> Drawing {
         text: format!("{} channels", array.body.channels().len()),
     });
     view.dimensions
-        .push(Dimension::new([-x, -y], [x, -y], -14.0, "width"));
+        .push(DimensionLine::new([-x, -y], [x, -y], -14.0, "width"));
     view.dimensions
-        .push(Dimension::new([x, -y], [x, y], 14.0, "height"));
+        .push(DimensionLine::new([x, -y], [x, y], 14.0, "height"));
     Drawing {
         title: array.sensor.name.clone(),
         views: vec![view],
