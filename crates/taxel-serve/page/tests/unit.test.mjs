@@ -355,20 +355,22 @@ const ANSWER = {
   width_ns: 1e9,
   time_ns: [10e9, 11e9, 40e9, 41e9],
   unix_s: [1000, 1000.5, 1015, 1015.5],
-  signals: [{ name: "force_z", unit: "N", min: [1, 2, null, 4], mean: [1, 2, null, 4], max: [1.5, 2.5, null, 5] }],
+  signals: [{ name: "force_z", unit: "N", first: [1, 2.5, null, 4], min: [1, 2, null, 4], mean: [1, 2, null, 4], max: [1.5, 2.5, null, 5], last: [1.5, 2, null, 4.5], rises: [true, false, true, true] }],
   tares: [{ time_ns: 11e9, unix_s: 1000.5, kind: "tare" }],
   events: [],
 };
 
-test("the past is two points for each row; pauses and missing values break the line", () => {
+test("the past is four points for each row, in their order; pauses and missing values break the line", () => {
   const past = parsePast(ANSWER);
   assert.deepEqual(past.tares, [{ time: 11, kind: "tare" }]);
   const milli = (value) => 1e3 * value;
   const [times, values] = pastColumns(past, ["force_z"], milli, 50, 42, 0.5);
-  assert.deepEqual(times, [-40, -39.5, -39, -38.5, -24.5, -10, -9.5, -9, -8.5]);
-  assert.deepEqual(values, [1000, 1500, 2000, 2500, null, null, null, 4000, 5000]);
+  const row = (begin) => [0, 0.25, 0.5, 0.75].map((part) => begin + part);
+  assert.deepEqual(times, [...row(-40), ...row(-39), -24.5, ...row(-10), ...row(-9)]);
+  // A falling edge is one: its largest value comes first.
+  assert.deepEqual(values, [1000, 1000, 1500, 1500, 2500, 2500, 2000, 2000, null, null, null, null, null, 4000, 4000, 5000, 4500]);
   // What the page knows better itself is left to it; a signal that is not kept is a gap.
-  assert.equal(pastColumns(past, ["force_z"], milli, 50, 41.5, 0.5)[0].length, 7);
+  assert.equal(pastColumns(past, ["force_z"], milli, 50, 41.5, 0.5)[0].length, 13);
   assert.ok(pastColumns(past, ["force_y"], milli, 50, 42, 0.5)[1].every((value) => value === null));
 });
 
