@@ -844,7 +844,11 @@ impl Pump {
 
     /// Puts where the replay is, and its frame while nothing comes, where the clients' tasks find them.
     fn tell_replay(&mut self) {
-        if self.playing.as_ref().is_some_and(|playing| playing.now.paused) {
+        if self
+            .playing
+            .as_ref()
+            .is_some_and(|playing| playing.now.paused)
+        {
             self.keep_last_frame();
         } else {
             self.shared.status().last_frame = None;

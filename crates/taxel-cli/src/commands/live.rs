@@ -17,9 +17,9 @@ use taxel_files::{COMMIT, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
-    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance,
-    PumpOptions, Replay, ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError,
-    StartTare, Summary, Survey, TwinSource, run_headless, run_with_page,
+    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
+    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
+    Survey, TwinSource, run_headless, run_with_page,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};

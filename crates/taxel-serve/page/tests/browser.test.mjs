@@ -596,6 +596,7 @@ test("one component: image in colours of heat, ambiguous taxels plain to see, a 
   await badge(tab, "live");
   await byTestId(tab, "skin").waitFor();
   await byTestId(tab, "tab-channels").click();
+  await byTestId(tab, "channels").getByText("ohm").first().waitFor();
   const channels = await byTestId(tab, "channels").innerText();
   for (const name of ["row 0", "row 1", "column 0", "column 3"]) assert.match(channels, new RegExp(`${name}\\s+\\d+\\.\\d+\\s+m?ohm`));
   // Someone presses: a row and its numbers grow.
@@ -700,6 +701,7 @@ test("a raw board is a table of its channels by name, sorted, filtered and chart
   const chosen = byTestId(tab, "now-channels").locator("dt");
   assert.equal(await chosen.count(), 6);
   await rows.first().getByRole("button", { name: "Chart middle" }).click();
+  await tab.waitForFunction(() => document.querySelectorAll("[data-testid=now-channels] dt").length === 5);
   assert.deepEqual(await chosen.allInnerTexts(), ["thumb", "index", "ring", "little", "palm"]);
   assert.match(await byTestId(tab, "strip-note").innerText(), /^counts, last 10 s$/);
   assert.deepEqual(complaints, []);
