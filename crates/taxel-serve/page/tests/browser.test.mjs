@@ -776,6 +776,27 @@ test("a replay is paused, stepped, sought, looped and watched to its end", { ski
   assert.deepEqual(complaints, []);
 });
 
+test("several sensors have a page each, and one that is absent does not stop the others", { skip: mock }, async (context) => {
+  const devices = ["three-axis-8x8", "in-plane-50um", "--source", "tcp:127.0.0.1:9", "--source", "sim:press", "--board", BOARD];
+  const { url, stop } = await started(program(), ["live", ...devices, "--port", "0"]);
+  context.after(stop);
+  const { tab, complaints } = await open(url, context);
+  await byTestId(tab, "sensors").getByText("stale").waitFor();
+  assert.equal(await byTestId(tab, "name").innerText(), "three-axis capacitive array 8x8");
+  assert.match(await byTestId(tab, "badge-detail").innerText(), /127\.0\.0\.1:9 is (absent|opening)/);
+  await byTestId(tab, "sensors").getByText("in-plane capacitive sensor, 50 um").click();
+  await tab.waitForURL(/\/2\/\?token=/);
+  await badge(tab, "live");
+  await byTestId(tab, "gauge").waitFor();
+  // Its history and drawing are its own.
+  await tab.waitForFunction(() => Number(document.querySelector("[data-testid=strip]").dataset.points) > 20);
+  await byTestId(tab, "drawing").click();
+  await tab.waitForFunction(() => document.getElementById("drawing-image").naturalWidth > 0);
+  const other = new URL("/2/history", url);
+  assert.equal((await fetch(other)).status, 401);
+  assert.deepEqual(complaints, []);
+});
+
 test("the total says whether it is exact, a bound, or not known", async (context) => {
   for (const [certainty, words, figure, spread] of [
     ["0", "exact", /^[\d.]+ mN ± [\d.]+$/, /± /],

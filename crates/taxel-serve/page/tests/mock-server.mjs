@@ -535,6 +535,7 @@ setInterval(() => {
       recording: null,
       records_to: null,
       replay: null,
+      sensors: [],
     }),
   );
 }, 100);
