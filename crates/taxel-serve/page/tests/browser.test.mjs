@@ -777,12 +777,13 @@ test("a replay is paused, stepped, sought, looped and watched to its end", { ski
 });
 
 test("several sensors have a page each, and one that is absent does not stop the others", { skip: mock }, async (context) => {
-  const devices = ["three-axis-8x8", "in-plane-50um", "--source", "tcp:127.0.0.1:9", "--source", "sim:press", "--board", BOARD];
+  const board = join(tests, "devices/six-pads.toml");
+  const devices = ["liquid-metal-2x4", "in-plane-50um", "--source", "tcp:127.0.0.1:9", "--source", "sim:press", "--board", board];
   const { url, stop } = await started(program(), ["live", ...devices, "--port", "0"]);
   context.after(stop);
   const { tab, complaints } = await open(url, context);
   await byTestId(tab, "sensors").getByText("stale").waitFor();
-  assert.equal(await byTestId(tab, "name").innerText(), "three-axis capacitive array 8x8");
+  assert.equal(await byTestId(tab, "name").innerText(), "liquid-metal microchannel array 2x4");
   assert.match(await byTestId(tab, "badge-detail").innerText(), /127\.0\.0\.1:9 is (absent|opening)/);
   await byTestId(tab, "sensors").getByText("in-plane capacitive sensor, 50 um").click();
   await tab.waitForURL(/\/2\/\?token=/);
