@@ -471,14 +471,13 @@ test("the clock of a board is said with its bound, and only while the link is in
     segments: 1,
   };
   const link = { state: "in_step", clock };
-  const { short, full } = clockInWords(link);
-  assert.equal(short, "clock 60.0 ppm slow, −0.40 ms +1.20 ms");
+  const full = clockInWords(link);
+  assert.match(full, /runs 60\.0 ppm too slow/);
   assert.match(full, /12\.340 s by the clock of the board was 15\.342 s/);
   assert.match(full, /at most 0\.40 ms before and 1\.20 ms behind it/);
   const oneWay = clockInWords({ ...link, clock: { ...clock, before_s: null, rate_difference: -2e-6, segments: 3 } });
-  assert.equal(oneWay.short, "clock 2.0 ppm fast, +1.20 ms, delay not known");
-  assert.match(oneWay.full, /is not known.*runs 2\.0 ppm too fast\. Segment 3/);
-  assert.equal(clockInWords({ ...link, clock: { ...clock, rate_difference: 0 } }).short, "clock rate not known yet, −0.40 ms +1.20 ms");
+  assert.match(oneWay, /is not known.*runs 2\.0 ppm too fast\. Segment 3/);
+  assert.match(clockInWords({ ...link, clock: { ...clock, rate_difference: 0 } }), /How much faster or slower .* is not known yet/);
   assert.equal(clockInWords({ ...link, state: "silent" }), null);
   assert.equal(clockInWords({ ...link, clock: null }), null);
   assert.equal(clockInWords(null), null);
