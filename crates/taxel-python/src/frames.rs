@@ -155,6 +155,8 @@ pub(crate) struct Estimator {
 struct Inner {
     session: TouchSession,
     continuity: Continuity,
+    /// True for rest values that are not those of the piece itself: of a drawing.
+    as_drawn: bool,
     /// What a rest capture came to.
     captured: Option<Result<(), String>>,
 }
@@ -185,7 +187,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn push(&mut self, session: &TouchSession) {
+    fn push(&mut self, session: &TouchSession, zero_known: bool) {
         let touch = session.estimator().touch();
         self.sequence.push(touch.sequence);
         self.time_ns.push(touch.time_ns.cast_signed());
@@ -202,7 +204,7 @@ impl Gathered {
         self.total_certainty.push(touch.total_certainty as u8);
         self.total_reason
             .push(touch.total_reason.map_or(-1, |state| state as i16));
-        self.zero_known.push(touch.zero_known);
+        self.zero_known.push(touch.zero_known && zero_known);
         self.sum.push(touch.sum);
         self.centre.extend(
             touch
@@ -249,6 +251,7 @@ impl Estimator {
             let inner = Inner {
                 session,
                 continuity: Continuity::default(),
+                as_drawn: calibration.is_none(),
                 captured: None,
             };
             Ok(Self {
@@ -311,6 +314,8 @@ impl Estimator {
                     found.skipped += 1;
                     continue;
                 }
+                // The frame that ends a rest capture was read with the rest before it.
+                let needed_zero = inner.session.needs_zero();
                 let observed = inner.session.push(&frame)?;
                 let captured = observed.captured;
                 found
@@ -319,7 +324,8 @@ impl Estimator {
                 if let Some(captured) = captured {
                     inner.captured = Some(captured.map_err(|why| why.to_string()));
                 }
-                found.push(&inner.session);
+                let zero_known = !(inner.as_drawn && needed_zero);
+                found.push(&inner.session, zero_known);
             }
             let layout = &inner.session.meaning().layout;
             Ok((found, layout.taxels(), [layout.rows, layout.columns]))
@@ -338,6 +344,17 @@ impl Estimator {
         inner.captured = None;
         inner.session.begin_rest_capture(frames);
         Ok(())
+    }
+
+    /// False while the device needs a rest capture, and has none but the rest of its drawing.
+    fn zero_known(&self) -> bool {
+        let inner = lock(&self.inner);
+        !(inner.as_drawn && inner.session.needs_zero())
+    }
+
+    /// True while a rest capture runs.
+    fn capturing(&self) -> bool {
+        lock(&self.inner).session.capturing()
     }
 
     /// None while a rest capture runs or before the first; an empty text where it succeeded, or

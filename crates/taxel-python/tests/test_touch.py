@@ -25,7 +25,12 @@ def test_the_examples_of_the_overview_run() -> None:
     assert frames.time_ns.shape == (240,) and frames.time_ns.dtype == np.int64
     assert frames.sequence.shape == (240,) and frames.values.shape == (240, 256)
     estimator = twin.sensor.estimator()
+    assert not estimator.zero_known
+    estimator.tare(50)
     touch = estimator.push(frames)
+    assert estimator.tared and estimator.zero_known
+    assert not touch.zero_known[:50].any() and touch.zero_known[50:].all()
+    assert (touch.total_certainty[50:] == taxel.Certainty.EXACT).all()
     assert touch.force.shape == touch.deviation.shape == (240, 8, 8, 3)
     assert touch.state.shape == (240, 8, 8)
     assert taxel.State(int(touch.state[0, 0, 0])) in list(taxel.State)
@@ -33,10 +38,9 @@ def test_the_examples_of_the_overview_run() -> None:
     assert touch.events.dtype == taxel.EVENT and len(touch.events) > 0
     truth = twin.truth(frames)
     assert truth.shape == (240, 8, 8, 3)
-    # The fingers of the script press: the total follows them. Rest values of a made device are
-    # not those of the drawing, so the size is not compared without a tare.
-    pressing = truth[..., 2].sum(axis=(1, 2))
-    assert np.corrcoef(pressing, touch.total_force[:, 2])[0, 1] > 0.9
+    # The fingers of the script press: the total follows them.
+    pressing = truth[50:, ..., 2].sum(axis=(1, 2))
+    assert np.corrcoef(pressing, touch.total_force[50:, 2])[0, 1] > 0.99
 
 
 @pytest.mark.parametrize("name", FRAMES_OF)

@@ -513,12 +513,15 @@ fn each_frame_is_a_line_in_si_with_its_unit() {
         (&299.into(), &0.into(), &Value::Null)
     );
     assert!(last["force_z_n"].is_number() && last["host_ns"].is_null());
+    let certain = |line: &Value| (line["total_certainty"].clone(), line["zero_known"].clone());
+    assert_eq!(certain(last), ("exact".into(), true.into()));
+    assert_eq!(certain(&lines[0]), ("unknown".into(), false.into()));
     assert_eq!(last["readings_f"].as_array().unwrap().len(), 256);
     assert_eq!(last["values_n"].as_array().unwrap().len(), 192);
     let table = fs::read_to_string(&file).unwrap();
     let mut rows = table.lines();
     let header: Vec<&str> = rows.next().unwrap().split(',').collect();
-    assert!(header.contains(&"force_z [N]") && header.contains(&"value r7c7 z [N]"));
+    assert!(header.contains(&"force_z_deviation [N]") && header.contains(&"total_certainty"));
     let rows: Vec<&str> = rows.collect();
     assert_eq!(rows.len(), 300);
     assert!(

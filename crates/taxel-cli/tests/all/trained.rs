@@ -625,7 +625,12 @@ fn a_broken_channel_is_named_and_the_force_goes_on() {
                 .all(|wrong| wrong.is_empty() || wrong == "magnetometer 2 z")
         );
         let errors = errors(&found);
-        assert!(errors.len() + 5 > scale().len(), "{name}: {}", errors.len());
+        // The frames of the rest capture are no forces yet.
+        assert!(
+            errors.len() + 55 > scale().len(),
+            "{name}: {}",
+            errors.len()
+        );
         // The others determine the channel to a hundredth of what it does.
         assert!(
             rms(&errors) < 2.0 * usual + 0.1,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import os
+import warnings
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
@@ -332,6 +333,12 @@ class Estimator:
             raise FrameError(f"frames have the shape (n, channels), not {values.shape}; times and numbers (n,)")
         if times.dtype.kind not in "iu" or numbers.dtype.kind not in "iu":
             raise FrameError(f"times and numbers are whole numbers, not {times.dtype} and {numbers.dtype}")
+        if not self.zero_known and not self._core.capturing():
+            warnings.warn(
+                "this estimator has no zero: the rest values are those of the drawing, which a made device does not have; "
+                "call tare() before the first frames, with nothing on the sensor",
+                stacklevel=2,
+            )
         found = self._core.push(numbers, times, values)
         if self._done is not None:
             self._size += numbers.nbytes + times.nbytes + values.nbytes + _BESIDE
@@ -349,6 +356,11 @@ class Estimator:
         """Takes the next ``frames`` frames as rest; contacts have no number meanwhile."""
         self._core.begin_rest_capture(frames)
         self._did("begin_rest_capture", frames)
+
+    @property
+    def zero_known(self) -> bool:
+        """False while the device needs a tare and has none: its values are no forces yet."""
+        return self._core.zero_known()
 
     @property
     def tared(self) -> bool:

@@ -42,6 +42,7 @@ export interface Hello {
   total_known: boolean;
   /** Units of the forces and speeds of contacts. */
   force_unit: string;
+  length_unit: string;
   speed_unit: string;
   period_s: number | null;
   stale_after_s: number;

@@ -353,6 +353,7 @@ const hello = {
   pitch_m: [pitch, pitch],
   mount: { kind: "flat" },
   ...MEANINGS[kind],
+  length_unit: "m",
   speed_unit: "m/s",
   period_s: 1 / rate,
   stale_after_s: STALE_AFTER,

@@ -414,12 +414,15 @@ impl ArrayEstimator {
     /// Which taxels count, and what they add up to.
     fn sum_up(&mut self) {
         let counted = &self.rules.counted;
+        let pulls = self.reader.meaning().pulls();
         let touch = &mut self.touch;
         touch.left_out = 0;
         for taxel in &mut touch.taxels {
             // A bound counts on any device: a press beyond the range is a contact all the more.
             let counts = counted[taxel.state as usize] || taxel.state.is_bound();
-            taxel.counted = counts && !taxel.pressed().is_nan();
+            // At its low end a reading bounds from above what cannot pull: that says nothing.
+            let low = taxel.state == State::Saturated && !pulls && taxel.pressed() <= 0.0;
+            taxel.counted = counts && !low && !taxel.pressed().is_nan();
             touch.left_out += usize::from(!taxel.counted);
         }
         let meaning = self.reader.meaning();

@@ -73,6 +73,8 @@ struct Cycle {
     fall: f64,
 }
 
+/// What is above noise by so many standard deviations is clearly more: noise is in one of 400.
+const CLEARLY: f64 = 3.0;
 /// Cycles that make a cyclic load: three periods between them.
 const CYCLES: usize = 4;
 /// Remainder of an impact when it is over, as a share.
@@ -167,29 +169,37 @@ impl Line {
         }
     }
 
-    /// Variance of one force about the line: as it scatters, but no less than the noise of the
-    /// readings.
+    /// Variance of one force about the line: that of the noise of the readings, unless the forces
+    /// scatter by clearly more, or it is not known.
     fn scatter(&self) -> f64 {
         let left = self.forces - self.change(1.0) * self.product;
-        if self.count > 2.0 {
-            (left / (self.count - 2.0)).max(self.noise)
+        let freedom = self.count - 2.0;
+        if freedom <= 0.0 {
+            return self.noise;
+        }
+        let found = left / freedom;
+        // The variance of a variance by so many differences is 2/n of its square.
+        let by_chance = self.noise * (1.0 + CLEARLY * (2.0 / freedom).sqrt());
+        if found > by_chance { found } else { self.noise }
+    }
+
+    /// Variance of the mean of a force that is held since a time, s: by the scatter, and by how far
+    /// the force goes on, if it clearly does.
+    fn variance(&self, since: f64) -> f64 {
+        let by_scatter = self.scatter() / self.count.max(1.0);
+        let slope = self.change(1.0);
+        if slope * slope * self.times > CLEARLY * CLEARLY * self.scatter() {
+            // It was anywhere between what it was at the beginning and what it is.
+            by_scatter + (slope * (self.time - since)).powi(2) / 3.0
         } else {
-            self.noise
+            by_scatter
         }
     }
 
-    /// Variance of the mean: by the scatter, and by how far the force goes on while it is held.
-    fn variance(&self) -> f64 {
-        let by_scatter = self.scatter() / self.count.max(1.0);
-        // Evenly spread times have the variance T^2/12; noise alone makes a change of this size.
-        let square = self.change(1.0).powi(2) * self.times / self.count.max(1.0);
-        by_scatter.max(square)
-    }
-
-    /// True if the change over `time` is more than `most`, and more than noise makes in one of 400.
+    /// True if the change over `time` is more than `most`, and more than noise makes.
     fn moves(&self, time: f64, most: f64) -> bool {
         let by_noise = (self.scatter() / self.times).sqrt() * time;
-        self.count > 2.0 && self.change(time).abs() > most.max(3.0 * by_noise)
+        self.count > 2.0 && self.change(time).abs() > most.max(CLEARLY * by_noise)
     }
 }
 
@@ -314,7 +324,7 @@ impl ForceHistory {
             .held
             .filter(|held| (held.late.force - self.valley.force).abs() < least);
         let (bottom, variance) = match held {
-            Some(held) => (held.late.force, held.late.variance()),
+            Some(held) => (held.late.force, held.late.variance(held.since)),
             // Before a contact there is no force at all.
             None if self.valley.force == 0.0 => (0.0, 0.0),
             None => (self.valley.force, spread.noise * spread.noise),
@@ -478,7 +488,7 @@ impl ForceHistory {
             return None;
         }
         // A force that still goes on is not held: it is looked at anew.
-        if plateau.late.moves(self.options.dwell, 0.5 * least) {
+        if plateau.late.moves(self.options.dwell, least) {
             (plateau.late, plateau.late_since) = (Line::default(), point.time);
             return None;
         }
@@ -487,9 +497,9 @@ impl ForceHistory {
         let change = now.late.force - before.late.force;
         // What lasts is the same before and after, but for what grows with the force.
         let lasting = now.late.lasting - before.late.lasting;
-        let mut variance = now.late.variance() + lasting * lasting;
+        let mut variance = now.late.variance(now.since) + lasting * lasting;
         if before.late.count > 0.0 {
-            variance += before.late.variance();
+            variance += before.late.variance(before.since);
         }
         (change.abs() > least).then_some(Course::Step {
             change,

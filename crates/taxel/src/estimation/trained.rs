@@ -12,7 +12,7 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use super::zero_doubt::{PauseMean, ZeroDoubt};
-use super::{ChannelFacts, Wiring};
+use super::{Certainty, ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
@@ -123,6 +123,8 @@ pub struct TrainedReader {
     /// Those about the rest of each channel, of a body that does not creep.
     of_channels: Vec<ZeroDoubt>,
     found: Found,
+    /// The last contact, until one surely has ended.
+    held: Option<Contact>,
 }
 
 /// Estimates of the maps for one frame.
@@ -207,6 +209,7 @@ impl TrainedReader {
             force: force_estimator(&maps, rest.clone())?,
             rest: rest.unwrap_or_else(|| vec![f64::NAN; channels]),
             found: Found::default(),
+            held: None,
             area,
             maps,
         })
@@ -360,9 +363,21 @@ impl TrainedReader {
             // A frame unlike all presses may be one of another depth, or none.
             _ => position.map(|_| true),
         };
+        // What leaves nothing to see at rest may be drift.
+        let beyond = beyond || self.unlike && contact != Some(false);
+        let outside = |force: &Estimate| force.support == Support::Outside;
+        let beyond_position = beyond || force.as_ref().is_some_and(outside);
+        // Where the readings are beyond training, the maps do not say how far a position is off.
+        let position = position.map(|position| match self.area.anywhere() {
+            [xx, xy, yy] if beyond_position => PositionEstimate {
+                covariance: [[xx, xy], [xy, yy]],
+                depth: None,
+                ..position
+            },
+            _ => position,
+        });
         Ok(Found {
-            // What leaves nothing to see at rest may be drift.
-            beyond: beyond || self.unlike && contact != Some(false),
+            beyond,
             components,
             stated,
             shares: self.shares(position.as_ref(), contact),
@@ -796,8 +811,22 @@ impl Reader for TrainedReader {
                 }
             }
         }
-        if found.contact != Some(true) {
-            return;
+        match (found.contact, self.held) {
+            (Some(true), _) => {}
+            // Nobody saw the contact end.
+            (None, Some(held)) => {
+                touch.regions[held.peak_taxel] = Some(0);
+                touch.contacts.push(Contact {
+                    certainty: Certainty::Unknown,
+                    bound: touch.taxels.first().map(|taxel| taxel.state),
+                    ..held
+                });
+                return;
+            }
+            _ => {
+                self.held = None;
+                return;
+            }
         }
         for (region, share) in touch.regions.iter_mut().zip(&found.shares) {
             let member = share.is_nan() || *share >= CELL_SHARE;
@@ -806,6 +835,7 @@ impl Reader for TrainedReader {
         touch.depth = found.position.and_then(|position| position.depth);
         let contact = self.contact(touch);
         touch.centre_of_pressure = Some((contact.centre, contact.covariance));
+        self.held = Some(contact);
         touch.contacts.push(contact);
     }
 
@@ -821,6 +851,7 @@ impl Reader for TrainedReader {
             *own = if rest.is_nan() { *trained } else { *rest };
         }
         self.rested = rest.iter().any(|rest| rest.is_finite());
+        self.held = None;
         if self.captured[0] > 0 {
             self.captured[1] = self.captured[0];
         }

@@ -15,6 +15,7 @@ mod architecture;
 mod cells;
 mod certainty;
 mod contacts;
+mod coverage;
 mod documents;
 mod drift;
 mod editor_schema;
