@@ -327,6 +327,19 @@ pub(crate) struct Status<'a> {
     pub(crate) recording: Option<RecordingNow>,
     pub(crate) records_to: Option<&'a str>,
     pub(crate) replay: Option<&'a ReplayNow>,
+    /// Of a service with several; none of one.
+    pub(crate) sensors: Vec<SensorNow<'a>>,
+}
+
+/// One of several sensors of a service.
+#[derive(Debug, Serialize)]
+pub(crate) struct SensorNow<'a> {
+    pub(crate) name: &'a str,
+    /// Where its page is.
+    pub(crate) path: String,
+    /// True of the one whose message this is.
+    pub(crate) here: bool,
+    pub(crate) state: &'static str,
 }
 
 #[cfg(test)]

@@ -21,11 +21,14 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
     let file = arguments.output.clone();
     let file = file.filter(|file| !outputs::is_standard(file));
     let live = Live {
+        sensors: Vec::new(),
         named_sensor: Some(arguments.sensor.clone()),
         calibration: arguments.calibration.clone(),
         map: arguments.map.clone(),
+        sources: Vec::new(),
         source: format!("replay:{recording}"),
         link: Hardware {
+            boards: Vec::new(),
             board: arguments.board.clone(),
             once: true,
         },

@@ -19,7 +19,7 @@ use taxel_serve::link::LinkAddress;
 use taxel_serve::{
     EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
     ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
-    Survey, TwinSource, run_headless, run_with_page,
+    Survey, TwinSource, run_headless, run_with_page, run_with_pages,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};
@@ -31,38 +31,87 @@ mod address_code;
 mod hardware;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
+    match &arguments.each().map_err(Stop::WrongInput)?[..] {
+        [one] => run_one(one),
+        several => run_several(arguments, several),
+    }
+}
+
+/// Several sensors, each with a page that leads to the others.
+fn run_several(arguments: &Live, each: &[Live]) -> Result<Done, Stop> {
+    if let Some(option) = arguments.of_one_sensor() {
+        let message =
+            format!("{option}: of several sensors there is a page alone; start them one by one");
+        return Err(Stop::WrongInput(message));
+    }
+    let mut sessions = Vec::new();
+    let preparing = Progress::new("preparing the estimators");
+    for one in each {
+        sessions.push(session(one, options(one)?)?);
+    }
+    drop(preparing);
+    let about: Vec<_> = sessions
+        .iter()
+        .map(|session| about(session, arguments.seed))
+        .collect();
+    let summaries = run_with_pages(sessions, address(arguments), |page| told(arguments, page));
+    let summaries = match summaries {
+        Ok(summaries) => summaries,
+        Err(ServeError::NotTold(error)) if error.kind() == ErrorKind::BrokenPipe => {
+            return Ok(Done::Complete);
+        }
+        Err(error) => return Err(stop_of_serving(&error)),
+    };
+    let mut done = Done::Complete;
+    for ((one, about), summary) in each.iter().zip(&about).zip(&summaries) {
+        if let Done::WithLosses = report(one, about, summary)? {
+            done = Done::WithLosses;
+        }
+    }
+    Ok(done)
+}
+
+/// Where the page is to be.
+fn address(arguments: &Live) -> SocketAddr {
+    let address = SocketAddr::new(arguments.host, arguments.port);
+    if !arguments.host.is_loopback() {
+        note!(
+            "note: {address} can be reached from other machines; the token in the address is the only key"
+        );
+    }
+    address
+}
+
+/// Says where the page is.
+fn told(arguments: &Live, page: &str) -> std::io::Result<()> {
+    if lines_on_standard_output(arguments) {
+        writeln!(std::io::stderr(), "{page}")?;
+    } else {
+        writeln!(std::io::stdout(), "{page}")?;
+    }
+    let stderr = std::io::stderr();
+    if arguments.qr || (stderr.is_terminal() && !arguments.host.is_loopback()) {
+        write!(&stderr, "{}", address_code::drawn(page))?;
+    }
+    if arguments.frames.is_none() {
+        note!("open the address above in a browser; Ctrl-C ends");
+    }
+    Ok(())
+}
+
+fn run_one(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
     let preparing = Progress::new("preparing the estimator");
     let mut session = session(arguments, options)?;
     drop(preparing);
     session.options.provenance = saved_provenance(&session.provenance, arguments.seed);
     let about = about(&session, arguments.seed);
-    let ends = arguments.frames.is_some();
-    let playing = (arguments.headless && ends).then(|| Progress::new("playing the frames"));
+    let ends = arguments.headless && arguments.frames.is_some();
+    let playing = ends.then(|| Progress::new("playing the frames"));
     let summary = if arguments.headless {
         run_headless(session)
     } else {
-        let address = SocketAddr::new(arguments.host, arguments.port);
-        if !arguments.host.is_loopback() {
-            note!(
-                "note: {address} can be reached from other machines; the token in the address is the only key"
-            );
-        }
-        run_with_page(session, address, |page| {
-            if lines_on_standard_output(arguments) {
-                writeln!(std::io::stderr(), "{page}")?;
-            } else {
-                writeln!(std::io::stdout(), "{page}")?;
-            }
-            let stderr = std::io::stderr();
-            if arguments.qr || (stderr.is_terminal() && !arguments.host.is_loopback()) {
-                write!(&stderr, "{}", address_code::drawn(page))?;
-            }
-            if !ends {
-                note!("open the address above in a browser; Ctrl-C ends");
-            }
-            Ok(())
-        })
+        run_with_page(session, address(arguments), |page| told(arguments, page))
     };
     drop(playing);
     let summary = match summary {

@@ -68,7 +68,7 @@ export class Gauge {
   draw(frame: Frame, now: number): void {
     const { components, full_scale: fullScale, states } = this.hello;
     const [value, deviation] = [frame.value, frame.deviation].map((of) => of[components - 1] as number) as [number, number];
-    const known = frame.header.zeroKnown && Number.isFinite(value);
+    const known = frame.header.zeroKnown && Number.isFinite(value) && frame.header.totalCertainty !== "unknown";
     if (known) this.scale.follow(Math.min(0, value), value, now / 1000);
     const { low, high } = this.scale;
     const { per, symbol } = this.quantities.value.at(high);
@@ -91,7 +91,7 @@ export class Gauge {
     const [[x1, y1], [x2, y2]] = [point(at, RADIUS - 10), point(at, RADIUS + 10)];
     this.needle.setAttribute("d", known ? `M ${x1} ${y1} L ${x2} ${y2}` : "");
     const state = states[frame.state[0] as number] ?? "";
-    const words = known ? certain(this.quantities.value.text(value, bound ? Number.NaN : deviation, high), frame.header.totalCertainty) : "not known yet";
+    const words = known ? certain(this.quantities.value.text(value, bound ? Number.NaN : deviation, high), frame.header.totalCertainty) : frame.header.zeroKnown ? "not known" : "no zero yet";
     const full = fullScale === null ? "" : `; full scale ${this.quantities.value.text(fullScale)}`;
     const { number, deviation: around } = this.quantities.value.words(value, bound ? Number.NaN : deviation, high);
     this.figure.textContent = known ? `${bound ? "≥ " : ""}${number}` : NONE;

@@ -66,31 +66,27 @@ export function boardLinkInWords(link: Link | null | undefined): string {
   return link.reason === "" ? state : `${state}: ${link.reason}`;
 }
 
-/** How the clock of the board stands to that of the computer, in short and in full; null while it is not known. */
-export function clockInWords(link: Link | null | undefined): { short: string; full: string } | null {
+/** How the clock of the board stands to that of the computer; null while it is not known. */
+export function clockInWords(link: Link | null | undefined): string | null {
   const clock = link?.clock ?? null;
   if (clock === null || link?.state !== "in_step") return null;
   const ms = (seconds: number): string => `${fixed(1e3 * seconds, 2)} ms`;
   // Both clocks count as equally fast until the stamps tell.
   const ppm = 1e6 * clock.rate_difference;
   const pace = `${fixed(Math.abs(ppm), 1)} ppm ${ppm < 0 ? "fast" : "slow"}`;
-  const short = ppm === 0 ? "rate not known yet" : pace;
   const rate =
     ppm === 0
       ? "How much faster or slower the clock of the board runs is not known yet."
       : `The clock of the board runs ${pace.replace(" ppm ", " ppm too ")}.`;
   const { before_s: before, behind_s: behind } = clock;
-  const bound = before === null ? `+${ms(behind)}, delay not known` : `−${ms(before)} +${ms(behind)}`;
   const times = [clock.device_time_ns, clock.host_ns].map((time) => fixed(time / 1e9, 3));
   const known =
     before === null
       ? `at most ${ms(behind)} behind it; how long before it is not known, since the board file states no delay`
       : `at most ${ms(before)} before and ${ms(behind)} behind it`;
   const segment = clock.segments > 1 ? ` Segment ${clock.segments} of the clock.` : "";
-  return {
-    short: `clock ${short}, ${bound}`,
-    full:
-      `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the source was opened, ` +
-      `${known}. ${rate}${segment}`,
-  };
+  return (
+    `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the source was opened, ` +
+    `${known}. ${rate}${segment}`
+  );
 }

@@ -66,7 +66,7 @@ export class LinkView {
     this.set("board", link === null ? "no link" : `${link.board}, wire class ${link.wire_class}, ${link.name}`);
     const wire = link?.wire;
     this.set("wire", wire === undefined ? NONE : `${wire.delivered} frames, ${wire.damaged} damaged, ${wire.passed_over_bytes} bytes passed over`);
-    this.set("clock", clockInWords(link)?.full ?? NONE);
+    this.set("clock", clockInWords(link) ?? NONE);
   }
 
   private set(id: string, text: string): void {

@@ -19,6 +19,7 @@ import type { Frame, FrameHeader, Hello, Status } from "./protocol";
 import { decodeFrame, ProtocolError } from "./protocol";
 import { RecordControl } from "./recorder";
 import { ReplayBar } from "./replay";
+import { SensorTabs } from "./sensors";
 import { SkinView } from "./skin";
 import { ThemeSwitch } from "./theme";
 import { TimeView } from "./time";
@@ -164,6 +165,7 @@ const connection = new Connection(location, {
     updateNotice();
     record.take(message);
     replay.take(message);
+    sensors.take(message);
   },
   frame(bytes) {
     const now = performance.now();
@@ -191,6 +193,7 @@ const journal = new Journal(panelListener, {
 const mark = new MarkDialog((text) => send({ command: "mark", text }));
 const record = new RecordControl(send);
 const replay = new ReplayBar(send, journal.events);
+const sensors = new SensorTabs();
 
 /** Begins anew for a device; keeps scales, chart and selection if it is the same one again. */
 function greet(message: Hello): void {

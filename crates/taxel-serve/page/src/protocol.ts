@@ -75,6 +75,18 @@ export interface Status {
   records_to: string | null;
   /** Null for a source that is not played from a file, or whose place cannot be chosen. */
   replay: Replay | null;
+  /** Of a service with several; none of one. */
+  sensors: SensorNow[];
+}
+
+/** One of several sensors of a service. */
+export interface SensorNow {
+  name: string;
+  /** Where its page is. */
+  path: string;
+  /** Whether it is the one of this page. */
+  here: boolean;
+  state: "live" | "stale" | "ended";
 }
 
 /** A recording that is being written. */

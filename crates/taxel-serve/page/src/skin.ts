@@ -39,6 +39,8 @@ export class SkinView {
     const [rowPitch, columnPitch] = hello.pitch_m ?? [1, 1];
     const aspect = (hello.rows * rowPitch) / (hello.columns * columnPitch);
     const shared = hello.wiring.kind === "shared";
+    // Below a wide picture there is room.
+    this.root.classList.toggle("wide", aspect < 0.8);
     this.thumbs = single || shared ? [] : this.layers.map((layer) => new Thumb(layer, aspect, () => this.choose(layer, listener)));
     if (this.gauge !== null) {
       head.append(...tools);

@@ -169,11 +169,15 @@ export class Timeline {
     setText(this.cursor, `${time}   ${values.join("   ")}${unit === "" ? "" : ` ${unit}`}`);
   }
 
-  /** A value, or the smallest and largest of the time of one point. */
+  /** A value, or the smallest and largest about the time of one point. */
   private valueInWords(at: number, column: number): string {
     const values = this.columns[column] as (number | null)[];
-    // A row has two points, one after the other.
-    const pair = [values[at] ?? null, values[at + 1] ?? null].filter((value) => value !== null);
+    const [times] = this.columns;
+    // A row of the history has four points, a bin of the last seconds two.
+    const half = (this.source.past?.width ?? 0) / 2;
+    const about = (_: unknown, index: number): boolean => Math.abs((times[at - 4 + index] ?? Number.NaN) - (times[at] as number)) <= half;
+    const near = Array.from({ length: 9 }, (_, index) => values[at - 4 + index] ?? null).filter(about);
+    const pair = [...near, values[at] ?? null].filter((value) => value !== null);
     if (pair.length === 0) return "no value";
     const shown = (value: number): string => fixed(value / this.strip.unit.per, this.strip.decimals);
     const [low, high] = [shown(Math.min(...pair)), shown(Math.max(...pair))];

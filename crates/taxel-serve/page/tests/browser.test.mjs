@@ -596,6 +596,7 @@ test("one component: image in colours of heat, ambiguous taxels plain to see, a 
   await badge(tab, "live");
   await byTestId(tab, "skin").waitFor();
   await byTestId(tab, "tab-channels").click();
+  await byTestId(tab, "channels").getByText("ohm").first().waitFor();
   const channels = await byTestId(tab, "channels").innerText();
   for (const name of ["row 0", "row 1", "column 0", "column 3"]) assert.match(channels, new RegExp(`${name}\\s+\\d+\\.\\d+\\s+m?ohm`));
   // Someone presses: a row and its numbers grow.
@@ -700,6 +701,7 @@ test("a raw board is a table of its channels by name, sorted, filtered and chart
   const chosen = byTestId(tab, "now-channels").locator("dt");
   assert.equal(await chosen.count(), 6);
   await rows.first().getByRole("button", { name: "Chart middle" }).click();
+  await tab.waitForFunction(() => document.querySelectorAll("[data-testid=now-channels] dt").length === 5);
   assert.deepEqual(await chosen.allInnerTexts(), ["thumb", "index", "ring", "little", "palm"]);
   assert.match(await byTestId(tab, "strip-note").innerText(), /^counts, last 10 s$/);
   assert.deepEqual(complaints, []);
@@ -771,6 +773,28 @@ test("a replay is paused, stepped, sought, looped and watched to its end", { ski
   await byTestId(tab, "replay-play").click();
   // It comes round: from before the end to near the beginning.
   await tab.waitForFunction(() => parseFloat(document.getElementById("replay-time").textContent) < 1);
+  assert.deepEqual(complaints, []);
+});
+
+test("several sensors have a page each, and one that is absent does not stop the others", { skip: mock }, async (context) => {
+  const board = join(tests, "devices/six-pads.toml");
+  const devices = ["liquid-metal-2x4", "in-plane-50um", "--source", "tcp:127.0.0.1:9", "--source", "sim:press", "--board", board];
+  const { url, stop } = await started(program(), ["live", ...devices, "--port", "0"]);
+  context.after(stop);
+  const { tab, complaints } = await open(url, context);
+  await byTestId(tab, "sensors").getByText("stale").waitFor();
+  assert.equal(await byTestId(tab, "name").innerText(), "liquid-metal microchannel array 2x4");
+  assert.match(await byTestId(tab, "badge-detail").innerText(), /127\.0\.0\.1:9 is (absent|opening)/);
+  await byTestId(tab, "sensors").getByText("in-plane capacitive sensor, 50 um").click();
+  await tab.waitForURL(/\/2\/\?token=/);
+  await badge(tab, "live");
+  await byTestId(tab, "gauge").waitFor();
+  // Its history and drawing are its own.
+  await tab.waitForFunction(() => Number(document.querySelector("[data-testid=strip]").dataset.points) > 20);
+  await byTestId(tab, "drawing").click();
+  await tab.waitForFunction(() => document.getElementById("drawing-image").naturalWidth > 0);
+  const other = new URL("/2/history", url);
+  assert.equal((await fetch(other)).status, 401);
   assert.deepEqual(complaints, []);
 });
 

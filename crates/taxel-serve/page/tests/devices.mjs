@@ -75,7 +75,8 @@ const lattice = {
     const rows = lines.map((line) => line.split(",").map(Number));
     const rest = rows[0];
     let picked = rows;
-    if (state === "rest") picked = rows.slice(0, 40);
+    // Nothing presses in its first frames, which are played again and again.
+    if (state === "rest") picked = Array.from({ length: 400 }, (_, row) => [0.04 * row, ...rows[row % 20].slice(1)]);
     if (state === "ended") picked = rows.slice(0, 200);
     if (state === "overloaded") picked = rows.map(([time, ...values]) => [time, ...values.map((value, channel) => rest[channel + 1] + 3 * (value - rest[channel + 1]))]);
     if (state === "fault") picked = rows.map(([time, ...values], row) => [time, ...values.map((value, channel) => (channel === 4 && row > 30 ? 0 : value))]);

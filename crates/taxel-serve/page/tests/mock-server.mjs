@@ -536,6 +536,7 @@ setInterval(() => {
       recording: null,
       records_to: null,
       replay: null,
+      sensors: [],
     }),
   );
 }, 100);

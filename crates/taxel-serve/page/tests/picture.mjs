@@ -4,7 +4,7 @@
 //   node tests/picture.mjs [SECONDS] [FILE] [SENSOR SOURCE ROW,COLUMN [LEAST]]
 //   node tests/picture.mjs 8 ../../../docs/images/live-piezo.png piezo-1.5mm sim:piezo-slide 0,1 100
 //   node tests/picture.mjs 8.5 ../../../docs/images/live-liquid-metal.png liquid-metal-2x4 sim:pad-b 0,1
-//   node tests/picture.mjs 8 ../../../docs/images/live-mat.png resistive-mat-8x8 sim:mat-ghost 1,1
+//   node tests/picture.mjs 4.5 ../../../docs/images/live-mat.png resistive-mat-8x8 sim:mat-ghost 1,1
 //
 // With LEAST, the scale ends there, in the unit that is shown, and the display is frozen after these seconds at the first
 // image that has 90 % of it. TAXEL and CHROMIUM are as in harness.mjs.
