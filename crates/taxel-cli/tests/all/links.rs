@@ -791,7 +791,7 @@ fn a_board_is_drafted_and_read_by_its_draft() {
     }
     let [capture, file, noise] =
         ["capture.bin", "board.toml", "noise.bin"].map(|name| folder.path(name));
-    std::fs::write(&capture, &wire[11..]).unwrap();
+    fs::write(&capture, &wire[11..]).unwrap();
     let report = done(&["listen", &capture, "-o", &file]);
     assert!(
         report.contains("sum16 holds in all of 299 packets"),
@@ -822,7 +822,7 @@ fn a_board_is_drafted_and_read_by_its_draft() {
     // To the standard output; nothing is replaced unasked; nothing is made of noise.
     assert!(done(&["listen", &capture]).contains("[framing.fixed]"));
     assert!(refused(&["listen", &capture, "-o", &file]).contains("--force"));
-    std::fs::write(&noise, [7_u8, 1, 255, 3].repeat(9)).unwrap();
+    fs::write(&noise, [7_u8, 1, 255, 3].repeat(9)).unwrap();
     assert!(refused(&["listen", &noise]).contains("a claim needs 50 packets"));
     assert!(refused(&["listen", &folder.path("nowhere.bin")]).contains("give a link"));
     assert!(refused(&["listen", &capture, "--live"]).contains("-o board.toml"));
