@@ -271,10 +271,9 @@ impl Raw {
             let nodes = reader.nodes_of(code, node_count(code))?;
             for _ in 0..own {
                 let mut words = reader.words()?;
-                let mut all = Vec::with_capacity(1 + tags + nodes);
-                for _ in 0..=tags + nodes {
-                    all.push(words.integer("entries of an element")?);
-                }
+                // As many as the file says, and no more than it has.
+                let all = (0..=tags + nodes).map(|_| words.integer("entries of an element"));
+                let all: Vec<i64> = all.collect::<Result<_, _>>()?;
                 let groups = group(&all[1..=tags]);
                 self.add_element(reader, code, groups, all[1 + tags..].to_vec())?;
             }
