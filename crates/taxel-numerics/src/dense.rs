@@ -53,6 +53,43 @@ pub fn long_dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + dot(a_rest, b_rest)
 }
 
+/// A dense matrix as rows.
+pub type Rows = Vec<Vec<f64>>;
+
+/// Adds `factor` times `values` to `sum`.
+#[inline]
+pub fn add_scaled(sum: &mut [f64], factor: f64, values: &[f64]) {
+    sum.iter_mut()
+        .zip(values)
+        .for_each(|(sum, value)| *sum += factor * value);
+}
+
+/// The square matrix of these entries.
+pub fn square(count: usize, entry: impl Fn(usize, usize) -> f64) -> Rows {
+    (0..count)
+        .map(|i| (0..count).map(|j| entry(i, j)).collect())
+        .collect()
+}
+
+/// The transposed of a matrix with at least one row.
+pub fn transposed(rows: &[Vec<f64>]) -> Rows {
+    (0..rows[0].len())
+        .map(|j| rows.iter().map(|row| row[j]).collect())
+        .collect()
+}
+
+/// The product a b of matrices with at least one row.
+pub fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Rows {
+    let row = |factors: &Vec<f64>| {
+        let mut sum = vec![0.0; b[0].len()];
+        for (factor, row) in factors.iter().zip(b) {
+            add_scaled(&mut sum, *factor, row);
+        }
+        sum
+    };
+    a.iter().map(row).collect()
+}
+
 /// Removes from `row` its projections on the orthonormal rows `basis`.
 pub fn remove_projections(row: &mut [f64], basis: &[Vec<f64>]) {
     for one in basis {

@@ -55,6 +55,7 @@
 //! # Ok::<(), taxel_numerics::least_squares::FitError>(())
 //! ```
 
+mod bicgstab;
 pub mod dense;
 pub mod least_squares;
 pub mod linear_chain;
@@ -66,6 +67,7 @@ pub mod special;
 mod split_mix;
 pub mod table;
 
+pub use bicgstab::bicgstab;
 pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use noise::Noise;
 pub use split_mix::split_mix;

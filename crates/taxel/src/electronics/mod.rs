@@ -9,6 +9,7 @@ mod front_end;
 mod last_stage;
 mod measured;
 mod output;
+mod pressure_chip;
 mod scan;
 mod transimpedance;
 mod voltage_amplifier;
@@ -25,7 +26,8 @@ pub use front_end::{
 pub use last_stage::{Delivered, LastStage};
 pub use measured::{Measured, MeasuredUnit, Noises, Stated};
 pub use output::Output;
+pub use pressure_chip::PressureChip;
 pub use scan::{Multiplexed, RowParallel, Scan};
-pub use transimpedance::{PressureChip, ReferenceDivider, Transimpedance};
+pub use transimpedance::{ReferenceDivider, Transimpedance};
 pub use voltage_amplifier::{ChargeBand, ChargeMode, VoltageAmplifier};
 pub use voltage_divider::{DividerError, VoltageDivider};

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recovering_what_a_cell_feels_gives_the_pressure_on_it() {
+    fn recovering_the_load_at_a_cell_gives_that_above_it() {
         let terms = [
             RelaxationTerm {
                 ratio: 0.3,

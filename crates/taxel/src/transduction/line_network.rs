@@ -11,10 +11,10 @@
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use taxel_numerics::dense::{cholesky, cholesky_solve, dot};
-
-/// A dense matrix as rows.
-type Rows = Vec<Vec<f64>>;
+use taxel_numerics::bicgstab;
+use taxel_numerics::dense::{
+    Rows, add_scaled, cholesky, cholesky_solve, dot, product, square, transposed,
+};
 
 /// A matrix of crossings and how it is read. All of its vectors are row by row.
 ///
@@ -216,29 +216,10 @@ impl LineNetwork {
         found.map(|found| Inverse { saturated, ..found })
     }
 
-    /// Covariance of ln y as rows, for independent readings of these standard deviations:
-    /// J⁻¹ Σ J⁻ᵀ with all slopes.
+    /// Standard deviations of ln y for independent readings of these standard deviations.
     ///
     /// # Errors
-    /// As [`LineNetwork::read`]; [`NetworkError::Singular`].
-    pub fn covariance(
-        &self,
-        admittance: &[f64],
-        deviations: &[f64],
-    ) -> Result<Vec<Vec<f64>>, NetworkError> {
-        let spread = self.spread(admittance, deviations)?;
-        let product = &spread * spread.transpose();
-        Ok(product
-            .row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect())
-    }
-
-    /// Standard deviations of ln y for independent readings of these standard deviations: of the
-    /// diagonal of [`LineNetwork::covariance`].
-    ///
-    /// # Errors
-    /// As [`LineNetwork::covariance`].
+    /// As [`LineNetwork::spread`].
     pub fn deviations(
         &self,
         admittance: &[f64],
@@ -252,7 +233,7 @@ impl LineNetwork {
     /// independent: 1 would be a crossing by itself.
     ///
     /// # Errors
-    /// As [`LineNetwork::covariance`].
+    /// As [`LineNetwork::spread`].
     pub fn noise_gain(&self, admittance: &[f64]) -> Result<f64, NetworkError> {
         let mut readings = vec![0.0; admittance.len()];
         self.read(admittance, &mut readings)?;
@@ -293,7 +274,7 @@ impl LineNetwork {
                     .map(|halvings| 0.5_f64.powi(halvings))
                     .find_map(|part| {
                         let mut moved = x.clone();
-                        add(&mut moved, part, &direction);
+                        add_scaled(&mut moved, part, &direction);
                         let lines = self.lines(&moved)?;
                         let misfit = lines.misfit(target);
                         let is_nearer = dot(&misfit, &misfit) <= (1.0 - 2e-4 * part) * length;
@@ -446,12 +427,12 @@ impl LineNetwork {
         Ok((0..admittance.len()).map(own).collect())
     }
 
-    /// J⁻¹ with each column times the deviation of its reading.
-    pub(crate) fn spread(
-        &self,
-        admittance: &[f64],
-        deviations: &[f64],
-    ) -> Result<Mat<f64>, NetworkError> {
+    /// J⁻¹ with each column times the deviation of its reading: its product with its own transpose is
+    /// the covariance of ln y for independent readings.
+    ///
+    /// # Errors
+    /// As [`LineNetwork::read`]; [`NetworkError::Singular`].
+    pub fn spread(&self, admittance: &[f64], deviations: &[f64]) -> Result<Mat<f64>, NetworkError> {
         self.check(deviations)?;
         let (slopes, count) = (self.slopes(admittance)?, deviations.len());
         let noise = |i: usize, j: usize| if i == j { deviations[i] } else { 0.0 };
@@ -639,7 +620,7 @@ impl Lines {
         let across = |at: usize| {
             let [p, _, q] = self.crossing(at);
             let mut across = self.potentials[p].clone();
-            add(&mut across, -1.0, &self.potentials[q]);
+            add_scaled(&mut across, -1.0, &self.potentials[q]);
             across
         };
         let across: Rows = (0..count).map(across).collect();
@@ -649,8 +630,8 @@ impl Lines {
             for (at, step) in step.iter().enumerate() {
                 let [p, q, other] = self.crossing(at);
                 let part = self.admittance[p][q] * step;
-                add(&mut currents[p], part, &across[at]);
-                add(&mut currents[other], -part, &across[at]);
+                add_scaled(&mut currents[p], part, &across[at]);
+                add_scaled(&mut currents[other], -part, &across[at]);
             }
             let pairs = |i: usize| {
                 self.potentials
@@ -667,42 +648,14 @@ impl Lines {
             };
             (0..count).map(of).collect()
         };
-        let mut rest: Vec<f64> = misfit
+        let right: Vec<f64> = misfit
             .iter()
             .zip(&diagonal)
             .map(|(off, own)| off / own)
             .collect();
-        let (first, mut direction, mut step) = (rest.clone(), rest.clone(), vec![0.0; count]);
-        let mut before = dot(&first, &rest);
-        let enough = before * largest(misfit).1.min(0.1).powi(2);
         // Two products of 3 n (N + M) in each iteration, n³/3 in an elimination.
-        for _ in 0..=count * count / (18 * lines) {
-            let image = apply(&direction);
-            let alpha = before / dot(&first, &image);
-            add(&mut step, alpha, &direction);
-            add(&mut rest, -alpha, &image);
-            if dot(&rest, &rest) <= enough {
-                return Some(step);
-            }
-            let of_rest = apply(&rest);
-            let omega = dot(&of_rest, &rest) / dot(&of_rest, &of_rest);
-            add(&mut step, omega, &rest);
-            add(&mut rest, -omega, &of_rest);
-            if dot(&rest, &rest) <= enough {
-                return Some(step);
-            }
-            let now = dot(&first, &rest);
-            let beta = now / before * alpha / omega;
-            if !beta.is_finite() {
-                return None;
-            }
-            before = now;
-            add(&mut direction, -omega, &image);
-            for (direction, rest) in direction.iter_mut().zip(&rest) {
-                *direction = rest + beta * *direction;
-            }
-        }
-        None
+        let steps = count * count / (18 * lines) + 1;
+        bicgstab(apply, right, largest(misfit).1.min(0.1), steps)
     }
 }
 
@@ -729,33 +682,4 @@ fn largest(values: &[f64]) -> (usize, f64) {
         (0, 0.0),
         |most, one| if one.1 > most.1 { one } else { most },
     )
-}
-
-fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
-    sum.iter_mut()
-        .zip(values)
-        .for_each(|(sum, value)| *sum += factor * value);
-}
-
-fn square(count: usize, entry: impl Fn(usize, usize) -> f64) -> Rows {
-    (0..count)
-        .map(|i| (0..count).map(|j| entry(i, j)).collect())
-        .collect()
-}
-
-fn transposed(rows: &[Vec<f64>]) -> Rows {
-    (0..rows[0].len())
-        .map(|j| rows.iter().map(|row| row[j]).collect())
-        .collect()
-}
-
-fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Rows {
-    let row = |factors: &Vec<f64>| {
-        let mut sum = vec![0.0; b[0].len()];
-        for (factor, row) in factors.iter().zip(b) {
-            add(&mut sum, *factor, row);
-        }
-        sum
-    };
-    a.iter().map(row).collect()
 }

@@ -30,7 +30,7 @@ const OPEN_DEVIATIONS: f64 = 3.0;
 /// other, each with its slope.
 #[derive(Debug)]
 pub struct ChainReader {
-    /// The chain as drawn, and with what a capture at rest told of its cells.
+    /// The chain as drawn, and with what a capture at rest gave of its cells.
     drawn: Chain,
     chain: Chain,
     /// Numbers of a frame to signals.
@@ -153,7 +153,7 @@ impl ChainReader {
         })
     }
 
-    /// The chain that is inverted: as drawn, with what a capture at rest told of its cells.
+    /// The chain that is inverted: as drawn, with what a capture at rest gave of its cells.
     pub fn chain(&self) -> &Chain {
         &self.chain
     }
