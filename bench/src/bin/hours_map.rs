@@ -145,6 +145,7 @@ fn run(hours: f64, suppresses: bool) -> bool {
     let options = MapOptions {
         noise,
         all_events: false,
+        ..MapOptions::default()
     };
     let mut session = TouchSession::map(&stream, &options);
     let mut fingertip = Fingertip::after(QUIET, &mut script);

@@ -84,6 +84,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         provenance: Provenance::default(),
         drawing: String::new(),
         marks: Marks::default(),
+        replay: None,
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let summary = run_with_page(session, address, |page| {

@@ -101,6 +101,7 @@ fn run(load: Load) -> (Vec<f64>, usize) {
     let options = MapOptions {
         noise,
         all_events: true,
+        ..MapOptions::default()
     };
     let mut session = TouchSession::map(&stream, &options);
     let (mut times, mut merged) = (Vec::new(), 0);

@@ -96,6 +96,22 @@ fn numbers(from: usize, to: usize) -> Result<Vec<usize>, String> {
     Ok((from..=to).collect())
 }
 
+/// Rows and columns of names such as `r0c0`, `r0c1`, `r1c0`, `r1c1`: all of a grid, row by row.
+pub(crate) fn grid(names: &[&str]) -> Option<[usize; 2]> {
+    let (row, column) = names.last()?.strip_prefix('r')?.split_once('c')?;
+    let after = |text: &str| text.parse::<usize>().ok()?.checked_add(1);
+    let (rows, columns) = (after(row)?, after(column)?);
+    let place = |at: usize| format!("r{}c{}", at / columns, at % columns);
+    let whole = rows.checked_mul(columns) == Some(names.len());
+    let in_order = || {
+        names
+            .iter()
+            .enumerate()
+            .all(|(at, name)| *name == place(at))
+    };
+    (whole && in_order()).then_some([rows, columns])
+}
+
 /// A pattern of these names: `c1..c4` where the numbers follow each other.
 pub(crate) fn contracted(names: &[&str]) -> String {
     let [first, .., last] = names else {
@@ -120,6 +136,19 @@ fn is_name(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_of_rows_and_columns_are_a_grid() {
+        let grid_of = |pattern| {
+            let names = expanded(pattern).unwrap_or_default();
+            grid(&names.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        assert_eq!(grid_of("r{0..11}c{0..31}"), Some([12, 32]));
+        // Neither counted from 1, nor column by column, nor other names.
+        assert_eq!(grid_of("r{1..2}c{1..2}"), None);
+        assert_eq!(grid(&["r0c0", "r1c0", "r0c1", "r1c1"]), None);
+        assert_eq!(grid_of("c{0..3}"), None);
+    }
 
     #[test]
     fn patterns_expand_in_order() {

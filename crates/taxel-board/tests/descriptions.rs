@@ -555,3 +555,33 @@ fn committed_schema_and_reference_are_current() {
         );
     }
 }
+
+#[test]
+fn channels_are_a_grid_where_the_file_or_their_names_say_so() {
+    let board = |names: &str, layout: &str| {
+        let text = format!(
+            "schema = 1\nname = \"mat\"\n{layout}\n[framing.lines]\ntemplate = \"{{value {names}}}\"\n"
+        );
+        Board::parse("mat.toml", &text)
+    };
+    let grid = |names: &str, layout: &str| {
+        let stream = board(names, layout).map(|board| board.stream());
+        stream.map(|stream| (stream.rows, stream.columns, stream.present.len()))
+    };
+    let stated = "layout = { rows = 2, columns = 3 }";
+    assert_eq!(grid("c{1..6}", stated).unwrap(), (2, 3, 6));
+    assert_eq!(grid("r{0..11}c{0..31}", "").unwrap(), (12, 32, 384));
+    assert_eq!(grid("{thumb,index,palm}", "").unwrap(), (1, 3, 3));
+    let wrong = board("c{1..5}", stated)
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        wrong.contains("2 x 3 is not the number of channels, 5"),
+        "{wrong}"
+    );
+    assert!(
+        wrong.contains("layout = { rows = 12, columns = 32 }"),
+        "{wrong}"
+    );
+}

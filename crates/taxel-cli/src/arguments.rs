@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use taxel::quantity::LENGTH;
 use taxel_serve::TouchTable;
+use taxel_serve::link::LinkAddress;
 
 use crate::outputs::Existing;
 
@@ -96,7 +97,7 @@ impl From<Format> for taxel::table::Format {
 }
 
 /// Whether existing files are replaced.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Overwrite {
     /// Replace output files that exist
     #[arg(long)]
@@ -481,11 +482,14 @@ impl From<MechanicsName> for taxel::mechanics::Mechanics {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Live {
     /// Sensor file, or the name of a shipped one [default: three-axis-8x8]; a recording that
-    /// describes itself needs none
+    /// describes itself needs none. Several run side by side on one page
     #[arg(value_name = "SENSOR")]
+    pub(crate) sensors: Vec<PathBuf>,
+    /// The one of `sensors` that is meant
+    #[arg(skip)]
     pub(crate) named_sensor: Option<PathBuf>,
     /// Calibration of this sensor, which estimation then inverts
     #[arg(long, value_name = "FILE")]
@@ -495,8 +499,12 @@ pub(crate) struct Live {
     /// Where frames come from: sim: (the twin under a shipped script that fits
     /// it), sim:NAME of a shipped script, sim:SCRIPT.toml, or replay:RECORDING; with --board
     /// serial:PORT, serial:auto, tcp:HOST:PORT, ws:HOST:PORT/PATH, udp:PORT[@GROUP], -, a named pipe,
-    /// exec:"PROGRAM ARGUMENTS", or replay:FILE of bytes that were captured
-    #[arg(long, default_value = "sim:")]
+    /// exec:"PROGRAM ARGUMENTS", or replay:FILE of bytes that were captured; of several sensors
+    /// one for each, in their order
+    #[arg(long = "source", value_name = "SOURCE", default_value = "sim:")]
+    pub(crate) sources: Vec<String>,
+    /// The one of `sources` that is meant
+    #[arg(skip)]
     pub(crate) source: String,
     #[command(flatten)]
     pub(crate) link: Hardware,
@@ -537,6 +545,10 @@ pub(crate) struct Live {
     /// Port of the page; 0 takes a free one
     #[arg(long, default_value_t = 7117)]
     pub(crate) port: u16,
+    /// Show the address as a QR code on the standard error; without it only where that is a terminal
+    /// and other machines reach the page
+    #[arg(long)]
+    pub(crate) qr: bool,
     /// The estimates of every frame as a table, for `taxel estimate`
     #[arg(skip)]
     pub(crate) table: Option<TouchTable>,
@@ -545,6 +557,62 @@ pub(crate) struct Live {
 }
 
 impl Live {
+    /// What is asked of each sensor: of sensors and sources there is one for all, or as many.
+    ///
+    /// # Errors
+    /// In words, for other numbers of them.
+    pub(crate) fn each(&self) -> Result<Vec<Self>, String> {
+        let count = self.sensors.len().max(self.sources.len()).max(1);
+        let fits = |given: usize| given <= 1 || given == count;
+        if !fits(self.sensors.len()) || !fits(self.sources.len()) {
+            return Err(format!(
+                "{} sensors and {} sources: give one --source for each sensor, in their order",
+                self.sensors.len(),
+                self.sources.len()
+            ));
+        }
+        let source = |place: usize| self.sources.get(place).or(self.sources.first());
+        // What is simulated needs no board.
+        let links = (0..count).filter(|place| {
+            count == 1 || source(*place).is_some_and(|source| LinkAddress::is_one(source))
+        });
+        let links: Vec<_> = links.collect();
+        let boards = &self.link.boards;
+        if boards.len() > 1 && boards.len() != links.len() {
+            return Err(format!(
+                "{} boards and {} links: give one --board for all, or one for each link, in their order",
+                boards.len(),
+                links.len()
+            ));
+        }
+        let one = |place: usize| {
+            let link = links.iter().position(|link| *link == place);
+            let board = link.and_then(|link| boards.get(link).or(boards.first()));
+            let mut one = self.clone();
+            one.named_sensor = self.sensors.get(place).or(self.sensors.first()).cloned();
+            one.source = source(place).cloned().unwrap_or_default();
+            one.link.board = board.cloned();
+            one
+        };
+        Ok((0..count).map(one).collect())
+    }
+
+    /// The first option that only a run of one sensor can have.
+    pub(crate) fn of_one_sensor(&self) -> Option<&'static str> {
+        [
+            (self.headless, "--headless"),
+            (self.frames.is_some(), "--frames"),
+            (self.save.is_some(), "--save"),
+            (self.events.is_some(), "--events"),
+            (self.recording.record.is_some(), "--record"),
+            (!self.outputs.out.is_empty(), "--out"),
+            (self.outputs.marks.is_some(), "--marks"),
+        ]
+        .iter()
+        .find(|(given, _)| *given)
+        .map(|(_, name)| *name)
+    }
+
     /// The sensor that was named, or the usual one.
     pub(crate) fn sensor(&self) -> &Path {
         let usual = Path::new("three-axis-8x8");
@@ -588,7 +656,7 @@ pub(crate) struct Estimate {
 }
 
 /// The recording of the whole run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct RecordOptions {
     /// Record all of the run to this file (.mcap): frames, touch, events, tares and the files
     /// it was made with; whatever ends the program, no more than the last 100 ms are lost
@@ -597,6 +665,9 @@ pub(crate) struct RecordOptions {
     /// End the run if the recording fails; without it the measurement goes on
     #[arg(long, requires = "record")]
     pub(crate) record_or_stop: bool,
+    /// Folder of the recordings that are begun on the page
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    pub(crate) record_folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -656,10 +727,14 @@ pub(crate) enum DeviceFormat {
 }
 
 /// A board and its link.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Hardware {
-    /// Board file (TOML), or the name of a shipped one: what the bytes of the link mean
-    #[arg(long, value_name = "BOARD")]
+    /// Board file (TOML), or the name of a shipped one: what the bytes of the link mean; of several
+    /// links one for all, or one for each
+    #[arg(long = "board", value_name = "BOARD")]
+    pub(crate) boards: Vec<PathBuf>,
+    /// The one of `boards` that is meant
+    #[arg(skip)]
     pub(crate) board: Option<PathBuf>,
     /// End when the link is lost; without it the link is opened again for ever
     #[arg(long)]
@@ -667,7 +742,7 @@ pub(crate) struct Hardware {
 }
 
 /// What goes to other programs while it runs, and what comes in.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Outputs {
     /// A line for each frame to other programs: jsonl or csv on the standard output, or
     /// jsonl:FILE, csv:FILE; may be repeated

@@ -1,12 +1,14 @@
 //! The files of a run as its recording keeps them, so that it can be played without them.
 
+use std::path::PathBuf;
+
 use serde_json::{Value, json};
 use taxel::estimation::{Meaning, State};
 use taxel_files::{COMMIT, VERSION};
 use taxel_recording::described_stream;
 use taxel_recording::export::ExportMeaning;
 use taxel_recording::mcap::{Attachment, Findings, Metadata};
-use taxel_serve::{RecordFile, RecordTo, WhenRecordingFails};
+use taxel_serve::{PumpOptions, RecordFile, RecordFolder, RecordTo, WhenRecordingFails};
 
 use crate::arguments::Live;
 use crate::files;
@@ -107,9 +109,26 @@ impl RunFiles {
         meaning
     }
 
-    /// The recording that a run is asked to make.
-    pub(crate) fn record(&self, arguments: &Live, meaning: &Meaning) -> Option<RecordTo> {
-        let path = arguments.recording.record.clone()?;
+    /// Puts the recording that a run is asked to make, and those that a page may begin, into its options.
+    pub(crate) fn record(&self, arguments: &Live, meaning: &Meaning, options: &mut PumpOptions) {
+        let file = self.recording(arguments, meaning);
+        let folder = &arguments.recording.record_folder;
+        options.record_folder = (!arguments.headless).then(|| RecordFolder {
+            // People are to find it whatever folder the program runs in.
+            folder: std::path::absolute(folder).unwrap_or_else(|_| folder.clone()),
+            file: RecordFile {
+                when_failing: WhenRecordingFails::GoOn,
+                ..file.clone()
+            },
+        });
+        options.record = arguments.recording.record.clone().map(|path| {
+            let file = RecordFile { path, ..file };
+            RecordTo::File(Box::new(file))
+        });
+    }
+
+    /// What a recording of the run is made with, without its path.
+    fn recording(&self, arguments: &Live, meaning: &Meaning) -> RecordFile {
         let command: Vec<_> = std::env::args_os()
             .map(|argument| argument.to_string_lossy().into_owned())
             .collect();
@@ -164,8 +183,8 @@ impl RunFiles {
             media_type: "application/json".into(),
             bytes: run.to_string().into_bytes(),
         });
-        Some(RecordTo::File(Box::new(RecordFile {
-            path,
+        RecordFile {
+            path: PathBuf::new(),
             library: library(),
             attachments,
             metadata: vec![metadata],
@@ -175,7 +194,7 @@ impl RunFiles {
                 WhenRecordingFails::GoOn
             },
             told: |message| note!("warning: {message}"),
-        })))
+        }
     }
 }
 

@@ -40,6 +40,7 @@ mod out;
 mod outgoing;
 mod pump;
 mod record;
+mod replay;
 mod reserved;
 mod save;
 mod server;
@@ -63,7 +64,10 @@ pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
 pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary, TouchTable};
 pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
-pub use record::{RecordFile, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails};
+pub use record::{
+    RecordFile, RecordFolder, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails,
+};
+pub use replay::{Reopen, Replay, ReplayCommand};
 pub use save::SaveError;
 pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
 pub use tare::{BelowZero, By};
@@ -113,6 +117,8 @@ pub struct Session {
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
+    /// A recording whose replay clients may control; `None` for other sources.
+    pub replay: Option<Replay>,
 }
 
 /// Where marks come from beside the clients.
@@ -162,7 +168,9 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
     runtime()?.block_on(async {
         let interrupted = interruption()?;
         let run = tokio::task::spawn_blocking(|| pump.run());
-        finish(run, interrupted, &shared, true).await
+        let summaries = finish(vec![run], interrupted, &[shared], true).await?;
+        let nothing = || ServeError::System("the session gave no summary".into());
+        summaries.into_iter().next().ok_or_else(nothing)
     })
 }
 
@@ -176,75 +184,134 @@ pub fn run_with_page(
     address: SocketAddr,
     ready: impl FnOnce(&str) -> std::io::Result<()>,
 ) -> Result<Summary, ServeError> {
-    let (sender, commands) = mpsc::sync_channel(16);
-    session.marks.listen(&sender);
-    let shared = Shared::new();
-    let ends = session.options.frames.is_some();
-    let provenance = session.provenance;
+    let mut summaries = run_with_pages(vec![session], address, ready)?;
+    let nothing = || ServeError::System("the session gave no summary".into());
+    summaries.pop().ok_or_else(nothing)
+}
+
+/// Runs several sessions side by side, each with its page, as [`run_with_page`]: a source that is absent or
+/// ends does not stop the others. The page of the first has the address that `ready` receives; each page leads
+/// to the others.
+///
+/// # Errors
+/// As [`run_with_page`].
+pub fn run_with_pages(
+    sessions: Vec<Session>,
+    address: SocketAddr,
+    ready: impl FnOnce(&str) -> std::io::Result<()>,
+) -> Result<Vec<Summary>, ServeError> {
+    let ends = sessions.iter().any(|session| session.options.is_bounded());
     runtime()?.block_on(async {
         let listen = |cause| ServeError::Listen { address, cause };
         let listener = tokio::net::TcpListener::bind(address)
             .await
             .map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
-        let pump = Pump::new(
-            session.source,
-            session.touch,
-            session.options,
-            Arc::clone(&shared),
-            commands,
-        )?;
-        *shared.history() = History::new(pump.session().meaning());
-        let stale_after = stale_after(pump.stream());
         let token = random_token()?;
-        let site = Arc::new(Site {
-            hello: message::hello(
-                pump.stream(),
-                pump.session().meaning(),
-                &provenance,
-                stale_after,
-            ),
-            drawing: session.drawing,
-            provenance,
-            token: token.clone(),
-            address: address.ip(),
-            stale_after,
-            shared: Arc::clone(&shared),
-            commands: sender,
-        });
+        let (mut sites, mut pumps) = (Vec::new(), Vec::new());
+        for session in sessions {
+            let (site, pump) = begun(session, address, &token)?;
+            sites.push(site);
+            pumps.push(pump);
+        }
+        let sites = Arc::new(sites);
+        let shared: Vec<_> = sites.iter().map(|site| Arc::clone(&site.shared)).collect();
         let interrupted = interruption()?;
         ready(&server::page_address(address, &token)).map_err(ServeError::NotTold)?;
-        let serving = tokio::spawn(server::serve(listener, site));
-        let run = tokio::task::spawn_blocking(|| pump.run());
-        let summary = finish(run, interrupted, &shared, ends).await;
+        let serving = tokio::spawn(server::serve(listener, sites));
+        let runs = pumps.into_iter();
+        let runs: Vec<_> = runs
+            .map(|pump| tokio::task::spawn_blocking(|| pump.run()))
+            .collect();
+        let summaries = finish(runs, interrupted, &shared, ends).await;
         // A client that does not read must not keep the process alive.
         serving.abort();
-        summary
+        summaries
     })
 }
 
-/// Waits for the pump; with `ends` unset, the page stays up after a recording
-/// has ended, until the interruption.
+/// The site and the pump of a session.
+fn begun(
+    mut session: Session,
+    address: SocketAddr,
+    token: &str,
+) -> Result<(Site, Pump), ServeError> {
+    let (sender, commands) = mpsc::sync_channel(16);
+    session.marks.listen(&sender);
+    let shared = Shared::new();
+    let options = &mut session.options;
+    // What is written is one pass of the source, from its beginning to its end.
+    let controlled = !options.is_bounded() && !options.writes();
+    let replay = session.replay.filter(|_| controlled);
+    if replay.is_some() {
+        options.record_folder = None;
+    }
+    let folder = options.record_folder.as_ref();
+    let records_to = folder.map(|folder| folder.folder.to_string_lossy().into_owned());
+    let provenance = session.provenance;
+    let mut pump = Pump::new(
+        session.source,
+        session.touch,
+        session.options,
+        Arc::clone(&shared),
+        commands,
+    )?;
+    if let Some(replay) = replay {
+        pump.control(replay);
+    }
+    *shared.history() = History::new(pump.session().meaning());
+    let stale_after = stale_after(pump.stream());
+    let site = Site {
+        hello: message::hello(
+            pump.stream(),
+            pump.session().meaning(),
+            &provenance,
+            stale_after,
+        ),
+        drawing: session.drawing,
+        provenance,
+        token: token.to_owned(),
+        address: address.ip(),
+        stale_after,
+        records_to,
+        shared,
+        commands: sender,
+    };
+    Ok((site, pump))
+}
+
+/// Waits for the pumps; with `ends` unset, the page stays up after all recordings
+/// have ended, until the interruption.
 async fn finish(
-    run: tokio::task::JoinHandle<Summary>,
+    runs: Vec<tokio::task::JoinHandle<Summary>>,
     interrupted: impl Future<Output = ()>,
-    shared: &Shared,
+    shared: &[Arc<Shared>],
     ends: bool,
-) -> Result<Summary, ServeError> {
-    let stop = || shared.stop.store(true, Ordering::Relaxed);
-    let lost = |error: tokio::task::JoinError| ServeError::System(error.to_string());
-    tokio::pin!(run, interrupted);
+) -> Result<Vec<Summary>, ServeError> {
+    let stop = || {
+        let stops = shared.iter().map(|shared| &shared.stop);
+        stops.for_each(|stop| stop.store(true, Ordering::Relaxed));
+    };
+    let all = async {
+        let mut summaries = Vec::new();
+        for run in runs {
+            let lost = |error: tokio::task::JoinError| ServeError::System(error.to_string());
+            summaries.push(run.await.map_err(lost)?);
+        }
+        Ok(summaries)
+    };
+    tokio::pin!(all, interrupted);
     tokio::select! {
-        summary = &mut run => {
+        summaries = &mut all => {
             if !ends {
                 interrupted.await;
             }
             stop();
-            summary.map_err(lost)
+            summaries
         }
         () = &mut interrupted => {
             stop();
-            run.await.map_err(lost)
+            all.await
         }
     }
 }

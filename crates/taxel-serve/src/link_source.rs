@@ -126,8 +126,8 @@ impl Source for LinkSource {
         true
     }
 
-    fn record_to(&mut self, recorder: &Recorder) {
-        let _ = self.recorder.set(recorder.clone());
+    fn record_to(&mut self, recorder: Option<&Recorder>) {
+        self.recorder.set(recorder);
     }
 
     fn stop(&mut self) {

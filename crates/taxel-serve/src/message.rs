@@ -9,6 +9,8 @@ use taxel::estimation::{
 use taxel::layout::Mount;
 
 use crate::link::LinkStatus;
+use crate::record::RecordingNow;
+use crate::replay::ReplayNow;
 use crate::tare::BelowZero;
 
 /// The bytes `TXL5`.
@@ -322,6 +324,22 @@ pub(crate) struct Status<'a> {
     pub(crate) message: &'a str,
     pub(crate) below_zero: Option<&'a BelowZero>,
     pub(crate) link: Option<LinkStatus>,
+    pub(crate) recording: Option<RecordingNow>,
+    pub(crate) records_to: Option<&'a str>,
+    pub(crate) replay: Option<&'a ReplayNow>,
+    /// Of a service with several; none of one.
+    pub(crate) sensors: Vec<SensorNow<'a>>,
+}
+
+/// One of several sensors of a service.
+#[derive(Debug, Serialize)]
+pub(crate) struct SensorNow<'a> {
+    pub(crate) name: &'a str,
+    /// Where its page is.
+    pub(crate) path: String,
+    /// True of the one whose message this is.
+    pub(crate) here: bool,
+    pub(crate) state: &'static str,
 }
 
 #[cfg(test)]

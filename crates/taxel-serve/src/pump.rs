@@ -5,11 +5,13 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use taxel::acquisition::{Frame, FrameFlags, Stream};
 use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
+use taxel::shown;
 use taxel_recording::mcap::{
     FrameMessage, HealthMessage, LinkMessage, MarkMessage, RECONNECTED, RestKind, RestMessage,
 };
@@ -26,9 +28,10 @@ use crate::moved_rest::MovedRest;
 use crate::out::{LineOutput, LineSummary, Lines, Rows, TableWriter, TouchTable};
 use crate::outgoing::Outgoing;
 use crate::record::{
-    RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message, rest_message, rest_of,
+    RecordFolder, RecordTo, Recorder, RecordingSummary, event_message, rest_message, rest_of,
     touch_message,
 };
+use crate::replay::{Playing, Replay, ReplayCommand, ReplayNow};
 use crate::save::{Pace, SaveError, Saver};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, Owed, TareHistory, unix_s};
@@ -52,6 +55,8 @@ pub struct PumpOptions {
     pub events: Option<EventFile>,
     /// Record the run here.
     pub record: Option<RecordTo>,
+    /// Where clients may record the run to.
+    pub record_folder: Option<RecordFolder>,
     /// Lines for other programs.
     pub outputs: Vec<LineOutput>,
     /// Write the estimates of every frame to this table.
@@ -74,11 +79,28 @@ impl Default for PumpOptions {
             save: None,
             events: None,
             record: None,
+            record_folder: None,
             outputs: Vec::new(),
             table: None,
             replace_files: false,
             provenance: Vec::new(),
         }
+    }
+}
+
+impl PumpOptions {
+    /// True if the run ends by itself.
+    pub(crate) fn is_bounded(&self) -> bool {
+        self.frames.is_some()
+    }
+
+    /// True if anything is written of the run.
+    pub(crate) fn writes(&self) -> bool {
+        self.save.is_some()
+            || self.events.is_some()
+            || self.record.is_some()
+            || self.table.is_some()
+            || !self.outputs.is_empty()
     }
 }
 
@@ -94,7 +116,7 @@ pub enum StartTare {
 }
 
 /// Commands while it runs.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Take a rest capture from the next frames.
     Tare {
@@ -115,6 +137,15 @@ pub enum Command {
         /// What, in the words of whoever notes it.
         text: String,
     },
+    /// Record the run from now on.
+    StartRecording {
+        /// Name of the file in the folder of recordings.
+        name: String,
+    },
+    /// End the recording that is written.
+    StopRecording,
+    /// Control a replay.
+    Replay(ReplayCommand),
 }
 
 /// State of the pump that others see.
@@ -143,7 +174,11 @@ pub(crate) struct StatusNow {
     pub(crate) tare_time_ns: Option<u64>,
     pub(crate) notice: String,
     pub(crate) below_zero: Option<BelowZero>,
-    /// The last frame of a run that has ended.
+    /// What is written now.
+    pub(crate) recording: Option<Recorder>,
+    /// Of a replay that clients control.
+    pub(crate) replay: Option<ReplayNow>,
+    /// The last frame of a run that has ended, or of a replay that is paused.
     pub(crate) last_frame: Option<Bytes>,
     /// Text messages that every client gets once, and again when they change.
     pub(crate) posts: [Post; POSTS],
@@ -188,6 +223,8 @@ impl Shared {
                 tare_time_ns: None,
                 notice: String::new(),
                 below_zero: None,
+                recording: None,
+                replay: None,
                 last_frame: None,
                 posts: std::array::from_fn(|_| Post {
                     text: Arc::from(""),
@@ -318,6 +355,10 @@ pub(crate) struct Pump {
     /// Rows for the outputs that are tables.
     rows: Option<Rows>,
     recorder: Option<Recorder>,
+    pace: Pace,
+    /// Recordings that were stopped and are being finished.
+    finishing: Vec<JoinHandle<RecordingSummary>>,
+    playing: Option<Playing>,
     /// From one connection to the next.
     segment: u32,
     /// When losses and conditions were recorded last.
@@ -483,6 +524,9 @@ impl Pump {
             saver,
             table,
             recorder,
+            pace,
+            finishing: Vec::new(),
+            playing: None,
             segment: 0,
             recorded_health: None,
         })
@@ -496,11 +540,16 @@ impl Pump {
         &self.session
     }
 
+    /// Lets clients control the replay.
+    pub(crate) fn control(&mut self, replay: Replay) {
+        self.playing = Some(Playing::new(replay, self.options.speed));
+        self.tell_replay();
+    }
+
     pub(crate) fn run(mut self) -> Summary {
         self.tell_rest();
-        if let Some(recorder) = &self.recorder {
-            self.source.record_to(recorder);
-        }
+        self.source.record_to(self.recorder.as_ref());
+        self.shared.status().recording.clone_from(&self.recorder);
         self.record_rest(RestKind::Begun, By::Start, None, String::new());
         self.tare_at_start();
         let mut failure = self.frames().err();
@@ -512,7 +561,12 @@ impl Pump {
         let lost = self.lost();
         let restarts = self.restarts();
         self.source.stop();
-        let recording = self.recorder.take().map(|recorder| recorder.finish());
+        let mut recording = self.recorder.take().map(|recorder| recorder.finish());
+        self.shared.status().recording = None;
+        for finishing in self.finishing.drain(..) {
+            // A thread that panicked has said so itself.
+            recording = recording.or(finishing.join().ok());
+        }
         if let Some(saver) = self.saver.take()
             && let Err(error) = saver.finish()
         {
@@ -540,6 +594,7 @@ impl Pump {
         if let Some(failure) = &failure {
             self.shared.status().notice = failure.to_string();
         }
+        self.shared.status().replay = None;
         self.shared.status().ended = true;
         let duration = match (self.first, self.recent.back()) {
             (Some(first), Some(last)) => last.duration_since(first).as_secs_f64(),
@@ -601,8 +656,12 @@ impl Pump {
 
     fn frames(&mut self) -> Result<(), Failure> {
         while !self.done() {
+            if self.playing.as_ref().is_some_and(Playing::begins_again) && !self.play_again() {
+                continue;
+            }
             let next = self.source.next()?;
             match next {
+                Next::End if self.goes_on_after_the_end() => {}
                 Next::End => break,
                 Next::Reconnected => self.reconnected(),
                 Next::Nothing(time_ns) => self.wait(time_ns),
@@ -611,6 +670,9 @@ impl Pump {
                     self.wait(frame.time_ns);
                     if self.shared.stopped() {
                         break;
+                    }
+                    if self.playing.as_ref().is_some_and(Playing::begins_again) {
+                        continue;
                     }
                     self.take(frame)?;
                 }
@@ -629,11 +691,22 @@ impl Pump {
 
     /// Sleeps until the frame is due, with an eye on commands and the end.
     fn wait(&mut self, time_ns: u64) {
-        let due = self.clock.due(time_ns);
         loop {
             while let Ok(command) = self.commands.try_recv() {
                 self.command(command);
             }
+            if let Some(playing) = &mut self.playing {
+                if playing.is_due(time_ns) {
+                    self.clock.origin = None;
+                    return;
+                }
+                if playing.now.paused && !self.shared.stopped() {
+                    self.clock.origin = None;
+                    std::thread::sleep(NAP);
+                    continue;
+                }
+            }
+            let due = self.clock.due(time_ns);
             let left = due.saturating_duration_since(Instant::now());
             if left.is_zero() || self.shared.stopped() {
                 return;
@@ -645,8 +718,8 @@ impl Pump {
     fn command(&mut self, command: Command) {
         let now = self.last.as_ref().map(|last| last.time_ns);
         let running = self.session.capturing();
-        // A mark changes nothing that a notice may be about.
-        if !matches!(command, Command::Mark { .. }) {
+        // A mark changes nothing that a notice may be about, nor does the control of a replay.
+        if !matches!(command, Command::Mark { .. } | Command::Replay(_)) {
             self.shared.status().notice.clear();
         }
         match command {
@@ -662,6 +735,22 @@ impl Pump {
                 }
             }
             Command::Mark { text } => return self.note(text, now),
+            Command::StartRecording { name } => {
+                if let Err(message) = self.start_recording(&name, now) {
+                    self.shared.status().notice = message;
+                }
+                return;
+            }
+            Command::StopRecording => return self.stop_recording(),
+            Command::Replay(command) => {
+                if let Some(playing) = &mut self.playing {
+                    playing.obey(command);
+                    self.clock.speed = playing.now.speed.unwrap_or(f64::INFINITY);
+                    self.clock.origin = None;
+                    self.tell_replay();
+                }
+                return;
+            }
             Command::ClearTare | Command::UndoTare { .. } if running => {
                 self.shared.status().notice = RUNNING.into();
             }
@@ -705,6 +794,122 @@ impl Pump {
             // The next event meets the same failure and ends the run.
             self.shared.status().notice = error.to_string();
         }
+    }
+
+    /// Records the run from here on, as a run that is recorded from its beginning.
+    fn start_recording(&mut self, name: &str, time_ns: Option<u64>) -> Result<(), String> {
+        let Some(folder) = self.options.record_folder.as_ref() else {
+            return Err("this run takes no recordings from its clients".into());
+        };
+        if let Some(recorder) = &self.recorder {
+            let path = shown::path(recorder.path());
+            return Err(format!("{path} is being written: stop it first"));
+        }
+        if self.session.capturing() {
+            // Half a capture could not be repeated from the recording.
+            return Err(RUNNING.into());
+        }
+        let file = folder.named(name)?;
+        let recorder = Recorder::create(&file, self.source.stream(), false, self.pace)
+            .map_err(|error| error.to_string())?;
+        self.source.record_to(Some(&recorder));
+        self.shared.status().recording = Some(recorder.clone());
+        if let Some(link) = self.shared.link.get().map(LinkHandle::now) {
+            recorder.link(LinkMessage {
+                host_ns: link.since_ns,
+                segment: self.segment,
+                state: link.state.name().into(),
+                reason: link.reason,
+                ..LinkMessage::default()
+            });
+        }
+        self.recorder = Some(recorder);
+        self.recorded_health = None;
+        self.record_rest(RestKind::Begun, By::Start, time_ns, String::new());
+        Ok(())
+    }
+
+    /// Ends the recording; its thread finishes the file while the run goes on.
+    fn stop_recording(&mut self) {
+        if self.recorder.is_some() {
+            self.record_health();
+        }
+        self.source.record_to(None);
+        self.shared.status().recording = None;
+        if let Some(recorder) = self.recorder.take() {
+            self.finishing
+                .push(std::thread::spawn(move || recorder.finish()));
+        }
+    }
+
+    /// Puts where the replay is, and its frame while nothing comes, where the clients' tasks find them.
+    fn tell_replay(&mut self) {
+        if self
+            .playing
+            .as_ref()
+            .is_some_and(|playing| playing.now.paused)
+        {
+            self.keep_last_frame();
+        } else {
+            self.shared.status().last_frame = None;
+        }
+        if let Some(playing) = &self.playing {
+            let mut status = self.shared.status();
+            status.ended = playing.now.ended;
+            status.replay = Some(playing.now.clone());
+        }
+    }
+
+    /// Opens the recording anew, with an estimator that has seen nothing; false if that fails.
+    fn play_again(&mut self) -> bool {
+        let Some(playing) = &mut self.playing else {
+            return false;
+        };
+        let opened = (playing.replay.reopen)();
+        playing.begun();
+        match opened {
+            Ok((source, session)) => (self.source, self.session) = (source, session),
+            Err(message) => {
+                self.shared.status().notice = message;
+                self.shared.stop.store(true, Ordering::Relaxed);
+                return false;
+            }
+        }
+        self.continuity = Continuity::default();
+        self.moved_rest = MovedRest::default();
+        self.tares = TareHistory::new(&self.session, self.options.rest_from.as_deref());
+        self.owed = Owed::default();
+        self.conditions = ConditionSender::default();
+        self.baselines = BaselineSender::default();
+        self.last = None;
+        self.clock.origin = None;
+        *self.shared.history() = History::new(self.session.meaning());
+        self.shared.events().restart();
+        self.forget_below_zero();
+        self.tell_rest();
+        self.tare_at_start();
+        self.tell_replay();
+        true
+    }
+
+    /// At the end of a replay that clients control: waits for one of them to go on.
+    fn goes_on_after_the_end(&mut self) -> bool {
+        let Some(playing) = &mut self.playing else {
+            return false;
+        };
+        playing.end();
+        self.tell_replay();
+        self.keep_last_frame();
+        while !self.shared.stopped() {
+            while let Ok(command) = self.commands.try_recv() {
+                self.command(command);
+            }
+            if self.playing.as_ref().is_some_and(Playing::begins_again) {
+                return true;
+            }
+            std::thread::sleep(NAP);
+        }
+        false
     }
 
     /// The link is open again: numbers and times begin anew, the rest values stay.
@@ -764,7 +969,8 @@ impl Pump {
             lost: self.lost(),
         };
         let (shared, rows) = (&self.shared, &mut self.rows);
-        if shared.messages.receiver_count() > 0 {
+        let passed_over = self.playing.as_ref().is_some_and(Playing::passes_over);
+        if shared.messages.receiver_count() > 0 && !passed_over {
             // An error means that the last receiver has just gone.
             let _ = shared.messages.send(Outgoing {
                 arrival,
@@ -792,6 +998,10 @@ impl Pump {
         let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
         self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
         self.latency.push(arrival.elapsed().as_secs_f64());
+        if let Some(playing) = &mut self.playing {
+            playing.now.at_ns = Some(frame.time_ns);
+            self.tell_replay();
+        }
         self.find_below_zero();
         if let Some(captured) = captured {
             self.captured(captured, Some(frame.time_ns));
@@ -819,7 +1029,7 @@ impl Pump {
         link.map_or(Some(self.continuity.lost), LinkHandle::lost)
     }
 
-    /// Keeps the last frame for whoever comes after the end.
+    /// Keeps the last frame for whoever comes after the end, or while a replay is paused.
     fn keep_last_frame(&mut self) {
         if self.last.is_none() {
             return;
@@ -993,9 +1203,7 @@ impl Pump {
         };
         if let Some(failure) = recorder.failure() {
             let message = failure.to_owned();
-            if let Some(RecordTo::File(file)) = &self.options.record
-                && file.when_failing == WhenRecordingFails::Stop
-            {
+            if recorder.stops_run() {
                 return Err(Failure::Record { message });
             }
             let mut status = self.shared.status();

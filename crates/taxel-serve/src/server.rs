@@ -22,8 +22,10 @@ use crate::connection::Limited;
 use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::link::LinkHandle;
 use crate::marks::LONGEST_MARK;
-use crate::message::{Provenance, Status};
+use crate::message::{Provenance, SensorNow, Status};
 use crate::pump::{Command, POSTS, Shared, StatusNow};
+use crate::record::Recorder;
+use crate::replay::ReplayCommand;
 use crate::tare::By;
 
 const INDEX: &str = include_str!("../page/dist/index.html");
@@ -52,6 +54,8 @@ pub(crate) struct Site {
     pub(crate) drawing: String,
     pub(crate) provenance: Provenance,
     pub(crate) stale_after: f64,
+    /// Folder of recordings that clients begin; `None` where they may not.
+    pub(crate) records_to: Option<String>,
     pub(crate) shared: Arc<Shared>,
     pub(crate) commands: mpsc::SyncSender<Command>,
 }
@@ -77,28 +81,77 @@ enum Request {
     Mark {
         text: String,
     },
+    StartRecording {
+        name: String,
+    },
+    StopRecording {},
+    Pause {
+        on: bool,
+    },
+    Step {},
+    Seek {
+        time_ns: u64,
+    },
+    Speed {
+        speed: f64,
+    },
+    Loop {
+        on: bool,
+    },
 }
 
-/// Serves until the stop flag is set.
-pub(crate) async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Result<()> {
-    let shared = Arc::clone(&site.shared);
-    let router = Router::new()
-        .route("/", get(index))
+/// One of the sites of a service.
+#[derive(Clone)]
+struct Served {
+    sites: Arc<Vec<Site>>,
+    place: usize,
+}
+
+impl std::ops::Deref for Served {
+    type Target = Site;
+
+    fn deref(&self) -> &Site {
+        &self.sites[self.place]
+    }
+}
+
+/// Where the page of the site at a place is: the first at the root, the second below `/2`.
+fn path(place: usize) -> String {
+    match place {
+        0 => String::new(),
+        place => format!("/{}", place + 1),
+    }
+}
+
+/// The routes of one site.
+fn routes(site: Served) -> Router {
+    let below = |name: &str| format!("{}/{name}", path(site.place));
+    Router::new()
+        .route(&below(""), get(index))
         .route(
-            "/app.js",
+            &below("app.js"),
             get(|| async { asset("text/javascript; charset=utf-8", SCRIPT) }),
         )
         .route(
-            "/app.css",
+            &below("app.css"),
             get(|| async { asset("text/css; charset=utf-8", STYLE) }),
         )
-        .route("/drawing.svg", get(drawing))
-        .route("/history", get(history))
-        .route("/ws", get(socket))
-        .layer(from_fn_with_state(Arc::clone(&site), own_host))
-        .with_state(site);
+        .route(&below("drawing.svg"), get(drawing))
+        .route(&below("history"), get(history))
+        .route(&below("ws"), get(socket))
+        .layer(from_fn_with_state(site.clone(), own_host))
+        .with_state(site)
+}
+
+/// Serves until the stop flags are set.
+pub(crate) async fn serve(listener: TcpListener, sites: Arc<Vec<Site>>) -> std::io::Result<()> {
+    let all = (0..sites.len()).map(|place| Served {
+        sites: Arc::clone(&sites),
+        place,
+    });
+    let router = all.map(routes).fold(Router::new(), Router::merge);
     let stopped = async move {
-        while !shared.stopped() {
+        while sites.iter().any(|site| !site.shared.stopped()) {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     };
@@ -117,7 +170,7 @@ impl Site {
 
 /// Refuses requests that name another host: a page elsewhere could have its name point
 /// to this machine.
-async fn own_host(State(site): State<Arc<Site>>, request: HttpRequest, next: Next) -> Response {
+async fn own_host(State(site): State<Served>, request: HttpRequest, next: Next) -> Response {
     let host = request.headers().get(header::HOST);
     let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
     if is_own(host, site.address) {
@@ -164,7 +217,7 @@ fn asset(kind: &'static str, text: &'static str) -> Response {
     response
 }
 
-async fn drawing(State(site): State<Arc<Site>>, Query(access): Query<Access>) -> Response {
+async fn drawing(State(site): State<Served>, Query(access): Query<Access>) -> Response {
     if !site.admits(&access) {
         return refused();
     }
@@ -176,7 +229,7 @@ async fn drawing(State(site): State<Arc<Site>>, Query(access): Query<Access>) ->
 }
 
 async fn history(
-    State(site): State<Arc<Site>>,
+    State(site): State<Served>,
     Query(access): Query<Access>,
     query: Result<Query<HistoryQuery>, QueryRejection>,
 ) -> Response {
@@ -222,7 +275,7 @@ fn refused() -> Response {
     (StatusCode::UNAUTHORIZED, text).into_response()
 }
 
-async fn index(State(site): State<Arc<Site>>, Query(access): Query<Access>) -> Response {
+async fn index(State(site): State<Served>, Query(access): Query<Access>) -> Response {
     if site.admits(&access) {
         asset("text/html; charset=utf-8", INDEX)
     } else {
@@ -231,7 +284,7 @@ async fn index(State(site): State<Arc<Site>>, Query(access): Query<Access>) -> R
 }
 
 async fn socket(
-    State(site): State<Arc<Site>>,
+    State(site): State<Served>,
     Query(access): Query<Access>,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
@@ -264,7 +317,7 @@ fn same_origin(headers: &HeaderMap) -> bool {
 }
 
 /// Feeds one client; when it is slow it loses frames, and only it.
-async fn client(mut socket: WebSocket, site: Arc<Site>) {
+async fn client(mut socket: WebSocket, site: Served) {
     let shared = &site.shared;
     shared.clients.fetch_add(1, Ordering::Relaxed);
     let mut messages = shared.messages.subscribe();
@@ -335,16 +388,48 @@ fn obey(site: &Site, text: &str) {
             Request::Mark { text } => Command::Mark {
                 text: text.chars().take(LONGEST_MARK).collect(),
             },
+            Request::StartRecording { name } => Command::StartRecording { name },
+            Request::StopRecording {} => Command::StopRecording,
+            Request::Pause { on } => Command::Replay(ReplayCommand::Pause(on)),
+            Request::Step {} => Command::Replay(ReplayCommand::Step),
+            Request::Seek { time_ns } => Command::Replay(ReplayCommand::Seek(time_ns)),
+            Request::Speed { speed } => Command::Replay(ReplayCommand::Speed(speed)),
+            Request::Loop { on } => Command::Replay(ReplayCommand::Loop(on)),
         });
     }
 }
 
-fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
+/// How each source stands, where there are several.
+fn sensors(served: &Served) -> Vec<SensorNow<'_>> {
+    let sites = served.sites.iter().enumerate();
+    let several = sites.filter(|_| served.sites.len() > 1);
+    several
+        .map(|(place, site)| {
+            let (silent, ended) = {
+                let now = site.shared.status();
+                (now.last_arrival.elapsed().as_secs_f64(), now.ended)
+            };
+            SensorNow {
+                name: &site.provenance.device,
+                path: format!("{}/", path(place)),
+                here: place == served.place,
+                state: match silent > site.stale_after {
+                    _ if ended => "ended",
+                    true => "stale",
+                    false => "live",
+                },
+            }
+        })
+        .collect()
+}
+
+fn status_text(site: &Served, now: &StatusNow, dropped: u64) -> String {
     let age_s = Instant::now()
         .saturating_duration_since(now.last_arrival)
         .as_secs_f64();
     let status = Status {
-        stale: age_s > site.stale_after,
+        // Someone who pauses a replay knows why nothing comes.
+        stale: age_s > site.stale_after && now.replay.as_ref().is_none_or(|replay| !replay.paused),
         age_s,
         ended: now.ended,
         clients: site.shared.clients.load(Ordering::Relaxed),
@@ -354,6 +439,10 @@ fn status_text(site: &Site, now: &StatusNow, dropped: u64) -> String {
         message: &now.notice,
         below_zero: now.below_zero.as_ref(),
         link: site.shared.link.get().map(LinkHandle::now),
+        recording: now.recording.as_ref().and_then(Recorder::now),
+        records_to: site.records_to.as_deref(),
+        replay: now.replay.as_ref(),
+        sensors: sensors(site),
     };
     serde_json::to_string(&status).unwrap_or_default()
 }

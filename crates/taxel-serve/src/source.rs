@@ -42,9 +42,10 @@ pub trait Source: Send {
     /// When the source fails; it has ended then.
     fn next(&mut self) -> Result<Next, SourceError>;
 
-    /// Gives the source the recorder of the run, before its first frame: for what only the
-    /// source knows, such as the bytes of the wire, states of the link and relations of clocks.
-    fn record_to(&mut self, _recorder: &Recorder) {}
+    /// Gives the source the recorder of the run, or none, before its first frame and at each
+    /// change: for what only the source knows, such as the bytes of the wire, states of the link
+    /// and relations of clocks.
+    fn record_to(&mut self, _recorder: Option<&Recorder>) {}
 
     /// Nothing is asked for any more: what has come so far goes to the recorder.
     fn stop(&mut self) {}
@@ -155,6 +156,8 @@ pub struct ReplayOptions {
 pub struct Survey {
     /// Complete frames.
     pub frames: u64,
+    /// Device time of the first, ns.
+    pub first_ns: u64,
     /// Device time from the first to the last, ns.
     pub duration_ns: u64,
     /// The noise of its readings.
@@ -187,6 +190,7 @@ impl Survey {
                 survey.steps.push(frame.time_ns.saturating_sub(last));
             }
             let first = *first.get_or_insert(frame.time_ns);
+            survey.first_ns = first;
             let elapsed = frame.time_ns.saturating_sub(first);
             survey.duration_ns = survey.duration_ns.max(elapsed);
             survey.noise.push(&frame);

@@ -6,10 +6,15 @@ use serde_json::Value;
 use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
 use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
+use taxel_recording::mcap::{
+    FrameMessage, McapReader, Message as _, RestMessage, Topic, TouchMessage,
+};
 
 use crate::history::History;
 use crate::message::Tare;
-use crate::pump::{Command, Pump, PumpOptions, Shared, Summary};
+use crate::pump::{Command, Pump, PumpOptions, Shared, StartTare, Summary};
+use crate::record::{RecordFile, RecordFolder, RecordTo, WhenRecordingFails};
+use crate::replay::{Replay, ReplayCommand};
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
 
@@ -598,4 +603,180 @@ impl Source for PressedAt {
         }
         Ok(next)
     }
+}
+
+/// What a recording of `frames` frames of the finger script is, without the times of day; begun by a
+/// command before the first frame, or with the run.
+fn recorded(folder: &std::path::Path, name: &str, by_command: bool) -> Vec<String> {
+    let (twin, session) = twin("three-axis-8x8", "finger");
+    let file = RecordFile {
+        path: folder.join(format!("{name}.mcap")),
+        library: "test".into(),
+        attachments: Vec::new(),
+        metadata: Vec::new(),
+        when_failing: WhenRecordingFails::GoOn,
+        told: |_| (),
+    };
+    let path = file.path.clone();
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        frames: Some(300),
+        start_tare: StartTare::Never,
+        record: (!by_command).then(|| RecordTo::File(Box::new(file.clone()))),
+        record_folder: Some(RecordFolder {
+            folder: folder.to_owned(),
+            file,
+        }),
+        ..PumpOptions::default()
+    };
+    let (sender, commands) = mpsc::sync_channel(4);
+    if by_command {
+        let name = name.to_owned();
+        sender.send(Command::StartRecording { name }).unwrap();
+    }
+    let source = Box::new(TwinSource::new(twin));
+    let summary = Pump::new(source, session, options, Shared::new(), commands)
+        .unwrap()
+        .run();
+    let recording = summary.recording.unwrap();
+    assert_eq!(
+        (&recording.path, recording.lost, recording.failure),
+        (&path, 0, None)
+    );
+    let bytes = std::fs::read(&path).unwrap();
+    let mut reader = McapReader::new(bytes.as_slice());
+    let mut messages = Vec::new();
+    while let Some(entry) = reader.next().unwrap() {
+        messages.push(match entry.topic {
+            Topic::Raw => format!("{:?}", FrameMessage::decode(entry.bytes).unwrap().frame),
+            Topic::Touch => format!("{:?}", TouchMessage::decode(entry.bytes).unwrap()),
+            Topic::Rest => format!(
+                "{:?}",
+                RestMessage {
+                    utc_ns: 0,
+                    ..RestMessage::decode(entry.bytes).unwrap()
+                }
+            ),
+            // Events follow from touch; the times of losses and conditions are those of the wall.
+            _ => continue,
+        });
+    }
+    messages
+}
+
+#[test]
+fn a_recording_begun_by_a_client_is_that_of_the_whole_run() {
+    let folder = std::env::temp_dir().join(format!("taxel-begun-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir(&folder).unwrap();
+    let (whole, begun) = (
+        recorded(&folder, "whole", false),
+        recorded(&folder, "begun", true),
+    );
+    // Two messages a frame, and the rest values at the beginning.
+    assert_eq!(whole.len(), 601);
+    assert_eq!(whole, begun);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A replay of 300 frames of the finger script, from the twin, whose clients ask for `asked` once `after`
+/// frames were sent: device times of the frames that were sent until it ended, in their order, at least
+/// `least`.
+fn replayed(asked: &[(usize, ReplayCommand)], least: usize) -> Vec<u64> {
+    struct Cut(TwinSource, u64);
+    impl Source for Cut {
+        fn stream(&self) -> &Stream {
+            self.0.stream()
+        }
+
+        fn next(&mut self) -> Result<Next, SourceError> {
+            if self.1 == 0 {
+                return Ok(Next::End);
+            }
+            self.1 -= 1;
+            self.0.next()
+        }
+    }
+    let open = || -> (Box<dyn Source>, TouchSession) {
+        let (twin, session) = twin("three-axis-8x8", "finger");
+        (Box::new(Cut(TwinSource::new(twin), 300)), session)
+    };
+    let (source, session) = open();
+    let shared = Shared::new();
+    let mut messages = shared.messages.subscribe();
+    let (sender, commands) = mpsc::sync_channel(16);
+    let options = PumpOptions {
+        speed: f64::INFINITY,
+        ..PumpOptions::default()
+    };
+    let mut pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
+    pump.control(Replay {
+        from_ns: 0,
+        to_ns: 4_983_333_333,
+        reopen: Box::new(move || Ok(open())),
+    });
+    let run = std::thread::spawn(|| pump.run());
+    let mut times = Vec::new();
+    let mut asked = asked.iter();
+    let mut next = asked.next();
+    let begun = std::time::Instant::now();
+    loop {
+        assert!(
+            begun.elapsed().as_secs() < 60,
+            "{} frames came",
+            times.len()
+        );
+        match messages.try_recv() {
+            Ok(outgoing) => times.push(u64::from_le_bytes(
+                outgoing.bytes[16..24].try_into().unwrap(),
+            )),
+            Err(_) => std::thread::sleep(std::time::Duration::from_millis(2)),
+        }
+        if let Some((after, command)) = next
+            && times.len() >= *after
+        {
+            sender.send(Command::Replay(*command)).unwrap();
+            next = asked.next();
+        }
+        let ended = shared.status().replay.as_ref().is_some_and(|now| now.ended);
+        if next.is_none() && ended && messages.is_empty() && times.len() >= least {
+            break;
+        }
+    }
+    shared
+        .stop
+        .store(true, std::sync::atomic::Ordering::Relaxed);
+    run.join().unwrap();
+    times
+}
+
+#[test]
+fn a_replay_goes_back_to_a_time_and_shows_what_it_showed() {
+    let plain = replayed(&[], 300);
+    assert_eq!(plain.len(), 300);
+    // From the end back to 4 s: what is before is estimated, and not shown.
+    let back = replayed(&[(300, ReplayCommand::Seek(4_000_000_000))], 301);
+    let from = plain
+        .iter()
+        .position(|time| *time >= 4_000_000_000)
+        .unwrap();
+    assert_eq!(back[..300], plain);
+    assert_eq!(back[300..], plain[from..]);
+}
+
+#[test]
+fn a_loop_begins_again_at_the_end() {
+    let looped = replayed(
+        &[
+            (1, ReplayCommand::Loop(true)),
+            (700, ReplayCommand::Loop(false)),
+        ],
+        701,
+    );
+    assert_eq!(looped.len() % 300, 0);
+    assert!(
+        looped.len() >= 900 && looped[300] == looped[0],
+        "{}",
+        looped.len()
+    );
 }

@@ -44,6 +44,20 @@ pub struct BoardFile {
     /// default all values in their order.
     #[serde(default)]
     pub wiring: Vec<String>,
+    /// Rows and columns in which the channels are shown, row by row; default those of names such as `r{0..11}c{0..31}`,
+    /// otherwise one row.
+    #[serde(default)]
+    pub layout: Option<GridOfChannels>,
+}
+
+/// Rows and columns of the channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridOfChannels {
+    /// Rows; times the columns as many as there are channels.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
 }
 
 /// How the bytes are cut into packets; the header in the file names the kind.

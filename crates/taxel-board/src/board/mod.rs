@@ -21,6 +21,8 @@ use taxel_ground::InputError;
 use taxel_ground::toml_input;
 use taxel_recording::{Quantity, SignalUnit, Stream};
 
+use crate::names;
+
 pub use class::{Class, Detection};
 pub use description::{
     BoardFile, BuiltIn, Carrier, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing,
@@ -93,6 +95,8 @@ pub struct Board {
     pub(crate) values: Vec<ValueOfBoard>,
     /// Places of the values that are channels; empty for all.
     wired: Vec<usize>,
+    /// Rows and columns of the channels, where the file states them.
+    grid: Option<[usize; 2]>,
     /// Largest step that is believed at once, SI, value by value; `None` where it is learned.
     pub(crate) step_limit: Option<f64>,
 }
@@ -196,9 +200,20 @@ impl Board {
         Ok(self)
     }
 
-    /// Meaning of the frames: one row of channels, in SI.
+    /// Rows and columns of the channels: those of the file, those of names such as `r0c0` row by row, or one row.
+    pub fn grid(&self) -> [usize; 2] {
+        let names: Vec<&str> = self.names().collect();
+        let stated = self
+            .grid
+            .filter(|[rows, columns]| rows * columns == names.len());
+        stated
+            .or_else(|| names::grid(&names))
+            .unwrap_or([1, names.len()])
+    }
+
+    /// Meaning of the frames: the channels in SI, in their [grid](Self::grid).
     pub fn stream(&self) -> Stream {
-        let channels = self.channels().len();
+        let [rows, columns] = self.grid();
         let mut units = self.channels().map(|value| &value.unit);
         let first = units.next().cloned();
         let unit = first
@@ -210,14 +225,14 @@ impl Board {
             });
         Stream {
             name: self.name.clone(),
-            rows: 1,
-            columns: channels,
+            rows,
+            columns,
             channels_per_taxel: 1,
             unit,
             pitch: None,
             period: self.rate.map(f64::recip),
             threshold: None,
-            present: vec![true; channels],
+            present: vec![true; rows * columns],
         }
     }
 

@@ -54,19 +54,21 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         }
     };
     if values.is_empty() {
-        let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
-        let path: &[&dyn std::fmt::Display] = match &file.framing {
-            Framing::Messages(_) => &[&"message"],
-            _ if file.packet.fields.is_empty() => &[&"framing"],
-            _ => &[&"packet", &"fields"],
-        };
-        return Err(broken(path, "no field is a value", help));
+        return Err(without_values(file));
     }
     let wired = places(&values, &file.wiring).map_err(|message| {
         let names: Vec<_> = values.iter().map(|value| value.name.as_str()).collect();
         let help = format!("the board has: {}", shortened(&names));
         broken(&[&"wiring"], message, help)
     })?;
+    let grid = grid(
+        file,
+        if wired.is_empty() {
+            values.len()
+        } else {
+            wired.len()
+        },
+    )?;
     if let (Some(rate), Some(serial)) = (file.rate, &file.link.serial)
         && !serial.native_usb
     {
@@ -78,6 +80,7 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
             format: format.clone(),
             values: values.clone(),
             wired: Vec::new(),
+            grid: None,
             step_limit: None,
         };
         let carried = f64::from(serial.baud) / 10.0;
@@ -101,8 +104,33 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         format,
         values,
         wired,
+        grid,
         step_limit: file.packet.step_limit,
     })
+}
+
+/// No channel would come.
+fn without_values(file: &BoardFile) -> Broken {
+    let help = "add a field such as { is = \"value\", name = \"c{1..4}\", type = \"u16\" }";
+    let path: &[&dyn std::fmt::Display] = match &file.framing {
+        Framing::Messages(_) => &[&"message"],
+        _ if file.packet.fields.is_empty() => &[&"framing"],
+        _ => &[&"packet", &"fields"],
+    };
+    broken(path, "no field is a value", help)
+}
+
+/// Rows and columns of the channels, where the file states them.
+fn grid(file: &BoardFile, channels: usize) -> Result<Option<[usize; 2]>, Broken> {
+    let grid = file.layout.map(|grid| [grid.rows, grid.columns]);
+    if let Some([rows, columns]) = grid
+        && rows.checked_mul(columns) != Some(channels)
+    {
+        let message = format!("{rows} x {columns} is not the number of channels, {channels}");
+        let help = "rows times columns must be the number of channels, such as layout = { rows = 12, columns = 32 }";
+        return Err(broken(&[&"layout"], message, help));
+    }
+    Ok(grid)
 }
 
 fn check_serial(file: &BoardFile) -> Result<(), Broken> {

@@ -21,11 +21,14 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
     let file = arguments.output.clone();
     let file = file.filter(|file| !outputs::is_standard(file));
     let live = Live {
+        sensors: Vec::new(),
         named_sensor: Some(arguments.sensor.clone()),
         calibration: arguments.calibration.clone(),
         map: arguments.map.clone(),
+        sources: Vec::new(),
         source: format!("replay:{recording}"),
         link: Hardware {
+            boards: Vec::new(),
             board: arguments.board.clone(),
             once: true,
         },
@@ -40,6 +43,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         recording: RecordOptions {
             record: None,
             record_or_stop: false,
+            record_folder: ".".into(),
         },
         outputs: Outputs {
             out: Vec::new(),
@@ -48,6 +52,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         salvage: arguments.salvage,
         host: IpAddr::V4(Ipv4Addr::LOCALHOST),
         port: 0,
+        qr: false,
         table: Some(TouchTable { file }),
         overwrite: Overwrite {
             force: arguments.overwrite.existing() == outputs::Existing::Replaced,

@@ -1,6 +1,6 @@
 //! `taxel live`: frames to touch.
 
-use std::io::{ErrorKind, Write as _};
+use std::io::{ErrorKind, IsTerminal as _, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,14 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
+use taxel_board::Board;
 use taxel_files::{COMMIT, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
-    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, ReplayOptions,
-    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
-    run_headless, run_with_page,
+    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
+    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
+    Survey, TwinSource, run_headless, run_with_page, run_with_pages,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};
@@ -26,34 +27,85 @@ use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
 use crate::{Done, Stop, files};
 
+mod address_code;
 mod hardware;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
+    match &arguments.each().map_err(Stop::WrongInput)?[..] {
+        [one] => run_one(one),
+        several => run_several(arguments, several),
+    }
+}
+
+/// Several sensors, each with a page that leads to the others.
+fn run_several(arguments: &Live, each: &[Live]) -> Result<Done, Stop> {
+    if let Some(option) = arguments.of_one_sensor() {
+        let message =
+            format!("{option}: of several sensors there is a page alone; start them one by one");
+        return Err(Stop::WrongInput(message));
+    }
+    let mut sessions = Vec::new();
+    for one in each {
+        sessions.push(session(one, options(one)?)?);
+    }
+    let about: Vec<_> = sessions
+        .iter()
+        .map(|session| about(session, arguments.seed))
+        .collect();
+    let summaries = run_with_pages(sessions, address(arguments), |page| told(arguments, page));
+    let summaries = match summaries {
+        Ok(summaries) => summaries,
+        Err(ServeError::NotTold(error)) if error.kind() == ErrorKind::BrokenPipe => {
+            return Ok(Done::Complete);
+        }
+        Err(error) => return Err(stop_of_serving(&error)),
+    };
+    let mut done = Done::Complete;
+    for ((one, about), summary) in each.iter().zip(&about).zip(&summaries) {
+        if let Done::WithLosses = report(one, about, summary)? {
+            done = Done::WithLosses;
+        }
+    }
+    Ok(done)
+}
+
+/// Where the page is to be.
+fn address(arguments: &Live) -> SocketAddr {
+    let address = SocketAddr::new(arguments.host, arguments.port);
+    if !arguments.host.is_loopback() {
+        note!(
+            "note: {address} can be reached from other machines; the token in the address is the only key"
+        );
+    }
+    address
+}
+
+/// Says where the page is.
+fn told(arguments: &Live, page: &str) -> std::io::Result<()> {
+    if lines_on_standard_output(arguments) {
+        writeln!(std::io::stderr(), "{page}")?;
+    } else {
+        writeln!(std::io::stdout(), "{page}")?;
+    }
+    let stderr = std::io::stderr();
+    if arguments.qr || (stderr.is_terminal() && !arguments.host.is_loopback()) {
+        write!(&stderr, "{}", address_code::drawn(page))?;
+    }
+    if arguments.frames.is_none() {
+        note!("open the address above in a browser; Ctrl-C ends");
+    }
+    Ok(())
+}
+
+fn run_one(arguments: &Live) -> Result<Done, Stop> {
     let options = options(arguments)?;
     let mut session = session(arguments, options)?;
     session.options.provenance = saved_provenance(&session.provenance, arguments.seed);
     let about = about(&session, arguments.seed);
-    let ends = arguments.frames.is_some();
     let summary = if arguments.headless {
         run_headless(session)
     } else {
-        let address = SocketAddr::new(arguments.host, arguments.port);
-        if !arguments.host.is_loopback() {
-            note!(
-                "note: {address} can be reached from other machines; the token in the address is the only key"
-            );
-        }
-        run_with_page(session, address, |page| {
-            if lines_on_standard_output(arguments) {
-                writeln!(std::io::stderr(), "{page}")?;
-            } else {
-                writeln!(std::io::stdout(), "{page}")?;
-            }
-            if !ends {
-                note!("open the address above in a browser; Ctrl-C ends");
-            }
-            Ok(())
-        })
+        run_with_page(session, address(arguments), |page| told(arguments, page))
     };
     let summary = match summary {
         Ok(summary) => summary,
@@ -149,6 +201,7 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
         replace_files: arguments.overwrite.existing() == Existing::Replaced,
         events,
         record: None,
+        record_folder: None,
         outputs,
         table: arguments.table.clone(),
         provenance: Vec::new(),
@@ -297,7 +350,7 @@ fn sensed(
         };
         touch.restore_rest(&rest_of(path, bare, arguments, session)?);
     }
-    options.record = run.record(arguments, touch.meaning());
+    run.record(arguments, touch.meaning(), &mut options);
     let drawing = device.drawing().svg();
     drop(device);
     Ok(Session {
@@ -305,12 +358,39 @@ fn sensed(
         drawing,
         source: Box::new(source),
         marks: marks(arguments),
+        replay: None,
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
     })
 }
 
 fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result<Session, Stop> {
+    let (session, survey) = replayed(arguments, path, options.clone(), None)?;
+    let (again, path) = (arguments.clone(), path.to_owned());
+    let (from_ns, to_ns) = (survey.first_ns, survey.first_ns + survey.duration_ns);
+    let reopen = move || {
+        let opened = replayed(&again, &path, options.clone(), Some(&survey));
+        let opened = opened.map(|(session, _)| (session.source, session.touch));
+        opened.map_err(|stop| stop.to_string())
+    };
+    let replay = Replay {
+        from_ns,
+        to_ns,
+        reopen: Box::new(reopen),
+    };
+    Ok(Session {
+        replay: Some(replay),
+        ..session
+    })
+}
+
+/// The session of a recording, and what a first reading of all of it found; `known` where it has been read.
+fn replayed(
+    arguments: &Live,
+    path: &Path,
+    options: PumpOptions,
+    known: Option<&Survey>,
+) -> Result<(Session, Survey), Stop> {
     let bare = takes_bare(arguments.sensor());
     let open = || {
         let options = ReplayOptions {
@@ -319,7 +399,10 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         };
         ReplaySource::open(path, &options)
     };
-    let surveyed = open().map(Survey::of);
+    let surveyed = match known {
+        Some(survey) => Ok((survey.clone(), Ok(()))),
+        None => open().map(Survey::of),
+    };
     let survey = match surveyed.unwrap_or_else(|error| (Survey::default(), Err(error))) {
         (survey, Ok(())) if survey.frames == 0 => {
             let message = format!("{}: there is no frame in it", shown::path(path));
@@ -347,11 +430,13 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         ..options
     };
     if let Some(recorded) = recorded.filter(|_| arguments.named_sensor.is_none()) {
-        return recorded_session(arguments, source, &survey.noise, recorded, options);
+        let session = recorded_session(arguments, source, &survey.noise, recorded, options)?;
+        return Ok((session, survey));
     }
     let stream = source.stream();
     if let parts @ [_, _, ..] = source.parts()
         && arguments.map.part.is_none()
+        && known.is_none()
     {
         let (count, parts) = (parts.len(), parts.join(", "));
         note!(
@@ -372,7 +457,8 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         ..asked(arguments)?
     };
     if arguments.map.raw || described {
-        return map_session(source, &survey.noise, &run, options, arguments);
+        let session = map_session(source, &survey.noise, &run, options, arguments)?;
+        return Ok((session, survey));
     }
     let named = files::sensor(arguments.sensor())?;
     let step = survey.usual_step().unwrap_or(0.0);
@@ -381,7 +467,7 @@ fn replay_session(arguments: &Live, path: &Path, options: PumpOptions) -> Result
         let path = shown::path(path);
         return Err(Stop::WrongInput(format!("{path}: {message}\nhelp: {help}")));
     }
-    sensed(named, source, run, options, arguments)
+    Ok((sensed(named, source, run, options, arguments)?, survey))
 }
 
 /// A session of a recording that has its sensor and its calibration with it.
@@ -457,9 +543,15 @@ fn map_session(
             stream.unit.symbol
         );
     }
+    // A board names its channels.
+    let board = run.board.as_ref();
+    let board = board.and_then(|board| Board::parse(&board.name, &board.text).ok());
+    let names = board.iter().flat_map(Board::names).map(str::to_owned);
+    let names: Vec<String> = names.collect();
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
         all_events,
+        names: names.clone(),
     };
     let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {
@@ -477,13 +569,14 @@ fn map_session(
             "note: a map is not tared at the start: --rest FRAMES counts from *Tare* on the page, or with --tare"
         );
     }
-    options.record = run.record(arguments, touch.meaning());
+    run.record(arguments, touch.meaning(), &mut options);
     Ok(Session {
         touch,
         drawing: String::new(),
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
         marks: marks(arguments),
+        replay: None,
         options,
     })
 }

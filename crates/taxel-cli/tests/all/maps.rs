@@ -33,7 +33,14 @@ fn session(path: &Path, all_events: bool) -> (TouchSession, Stream, Vec<Frame>) 
         frames.push(frame);
     }
     let noise = survey.noise;
-    let session = TouchSession::map(&stream, &MapOptions { noise, all_events });
+    let session = TouchSession::map(
+        &stream,
+        &MapOptions {
+            noise,
+            all_events,
+            ..MapOptions::default()
+        },
+    );
     (session, stream, frames)
 }
 

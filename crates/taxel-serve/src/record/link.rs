@@ -1,7 +1,7 @@
 //! What only the link knows, on its way into the recording.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use taxel_recording::mcap::{ClockMessage, LinkMessage, WireMessage};
 
@@ -17,7 +17,39 @@ const MOST_EARLY: usize = 1 << 20;
 const CLOCK_EVERY_NS: u64 = 60_000_000_000;
 
 /// The recorder of a run, as soon as there is one.
-pub(crate) type RecorderSlot = Arc<OnceLock<Recorder>>;
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RecorderSlot(Arc<Mutex<Slot>>);
+
+#[derive(Debug, Default)]
+enum Slot {
+    /// The run has not begun: what comes waits.
+    #[default]
+    Waiting,
+    /// The run is not recorded: what comes is gone.
+    Off,
+    On(Recorder),
+}
+
+impl RecorderSlot {
+    pub(crate) fn set(&self, recorder: Option<&Recorder>) {
+        *self.lock() = recorder.cloned().map_or(Slot::Off, Slot::On);
+    }
+
+    pub(crate) fn get(&self) -> Option<Recorder> {
+        match &*self.lock() {
+            Slot::On(recorder) => Some(recorder.clone()),
+            Slot::Waiting | Slot::Off => None,
+        }
+    }
+
+    fn waits(&self) -> bool {
+        matches!(*self.lock(), Slot::Waiting)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// Hears a link for the recording of its run.
 #[derive(Debug)]
@@ -53,7 +85,10 @@ impl LinkRecorder {
     /// Hands over what has come so far.
     fn hand_over(&mut self) {
         let Some(recorder) = self.recorder.get() else {
-            if self.bytes.len() > MOST_EARLY {
+            if !self.recorder.waits() {
+                self.early.clear();
+                self.bytes.clear();
+            } else if self.bytes.len() > MOST_EARLY {
                 self.bytes.clear();
             }
             return;
@@ -158,7 +193,7 @@ mod tests {
         observer.wire(5 * MS, b"early ");
         observer.quiet(100 * MS);
         let recorder = Recorder::piped(sender);
-        slot.set(recorder.clone()).unwrap();
+        slot.set(Some(&recorder));
         observer.quiet(110 * MS);
         observer.wire(120 * MS, b"one ");
         observer.wire(130 * MS, b"two");

@@ -3,6 +3,7 @@
 
 mod disk;
 mod link;
+mod run;
 #[cfg(test)]
 mod tests;
 mod thread;
@@ -26,6 +27,8 @@ use crate::save::{Pace, SaveError};
 
 pub(crate) use disk::DiskFile;
 pub(crate) use link::{LinkRecorder, RecorderSlot};
+pub use run::RecordFolder;
+pub(crate) use run::RecordingNow;
 pub(crate) use touch::{event_message, rest_message, rest_of, touch_message};
 
 /// What becomes of the run when its recording fails.
@@ -273,6 +276,11 @@ impl Recorder {
     /// Why the recording has ended, if it has.
     pub fn failure(&self) -> Option<&str> {
         self.shared.failure.get().map(String::as_str)
+    }
+
+    /// True if the run is to end where the recording fails.
+    pub(crate) fn stops_run(&self) -> bool {
+        self.shared.when_failing == WhenRecordingFails::Stop
     }
 
     /// Messages that the disk did not take in time.

@@ -24,6 +24,8 @@ pub struct MapOptions {
     /// True if contacts also have events of force and motion: steps, impacts, cycles, slips.
     /// What walks or sits gives them all the time.
     pub all_events: bool,
+    /// Names of the channels, as a board file gives them; empty for those of rows and columns.
+    pub names: Vec<String>,
 }
 
 /// Reads a map of pressures, forces or anything else: values less the rest values.
@@ -56,6 +58,15 @@ impl MapReader {
             bare: bare(stream),
             rest: vec![0.0; stream.channels()],
         }
+    }
+
+    /// The same with channels of these names, if there are as many.
+    #[must_use]
+    pub fn named(mut self, names: &[String]) -> Self {
+        if names.len() == self.meaning.channels.len() {
+            self.meaning.channels = names.to_vec();
+        }
+        self
     }
 }
 

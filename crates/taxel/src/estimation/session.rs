@@ -44,7 +44,8 @@ impl TouchSession {
             observed.events.courses = false;
             observed.events.slip_speed = f64::INFINITY;
         }
-        Self::new(Box::new(MapReader::new(stream, &options.noise)), observed)
+        let reader = MapReader::new(stream, &options.noise).named(&options.names);
+        Self::new(Box::new(reader), observed)
     }
 
     /// Estimates and observes one frame. No contact is reported while a
