@@ -43,22 +43,25 @@ export const GREY: ColourMap = table((t) => [255 * t, 255 * t, 255 * t]);
 /** From zero upwards. */
 export const SEQUENTIAL: ColourMap = table((t) => along(VIRIDIS, t));
 
-/** Blue below zero, red above, neutral at zero. The neutral colour is that of the theme: light or dark. */
+/**
+ * Blue below zero, red above, neutral at zero. In the dark the neutral colour is a grey that is plainly lighter than the
+ * page, so that zero is seen as a value.
+ */
 export const DIVERGING: Record<"light" | "dark", ColourMap> = {
   light: diverging([0.4, -0.035, -0.135], [0.965, 0, 0], [0.44, 0.15, 0.085]),
-  dark: diverging([0.8, -0.055, -0.1], [0.25, 0, -0.005], [0.78, 0.1, 0.1]),
+  dark: diverging([0.86, -0.06, -0.085], [0.42, 0, -0.005], [0.84, 0.075, 0.1]),
 };
 
 /** Place of `value` in a map from `low` to `high`; values outside take the end colours. */
 export function colourOf(map: ColourMap, value: number, low: number, high: number): string {
   const t = (value - low) / (high - low);
-  const index = Math.min(STEPS - 1, Math.max(0, Math.floor(t * STEPS)));
+  const index = Math.min(map.length - 1, Math.max(0, Math.floor(t * map.length)));
   return map[index] ?? "transparent";
 }
 
 /** The map as a CSS gradient from left to right. */
 export function gradientOf(map: ColourMap): string {
-  const stops = Array.from({ length: 17 }, (_, stop) => map[Math.round((stop / 16) * (STEPS - 1))]);
+  const stops = Array.from({ length: 17 }, (_, stop) => map[Math.round((stop / 16) * (map.length - 1))]);
   return `linear-gradient(to right, ${stops.join(", ")})`;
 }
 

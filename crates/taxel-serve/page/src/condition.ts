@@ -105,7 +105,7 @@ export class ConditionView {
   private inWords(): string {
     const { channels, wrong, wrong_channels: count, repeated } = this.health;
     const again = repeated === 0 ? "" : ` ${repeated} frames were sent again and not used.`;
-    if (channels === 0) return "";
+    if (channels === 0) return "Not known yet: no frame has come.";
     if (count === 0) return `Nothing is against any of ${channels} channels.${again}`;
     const more = count > wrong.length ? `, the first ${wrong.length}` : "";
     return `Something is against ${count} of ${channels} channels${more}.${again}`;

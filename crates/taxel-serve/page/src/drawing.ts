@@ -1,13 +1,14 @@
 // The drawing of the device, to scale, in a dialog.
 
-import { byId, setText } from "./dom";
+import { byId, create, setText } from "./dom";
 import type { Hello } from "./protocol";
 
 export class Drawing {
   /** Whether the device has a drawing: a recording that describes itself has none. */
   exists = false;
   private readonly address: URL;
-  private readonly button = byId<HTMLButtonElement>("drawing");
+  /** Opens it; it stands with the image of the skin. */
+  readonly button = create("button", { type: "button", class: "small", "data-testid": "drawing", "aria-haspopup": "dialog", "aria-keyshortcuts": "D", title: "The device to scale, as its sensor file describes it (D)" }, "Drawing");
   private readonly dialog = byId<HTMLDialogElement>("drawing-dialog");
   private readonly image = byId<HTMLImageElement>("drawing-image");
 
@@ -18,7 +19,7 @@ export class Drawing {
     this.address.searchParams.set("token", new URLSearchParams(page.search).get("token") ?? "");
     this.button.addEventListener("click", () => this.toggle());
     byId("drawing-close").addEventListener("click", () => this.dialog.close());
-    // A click beside the dialog is one on its backdrop, whose target is the dialog itself.
+    // A click outside the dialog is one on its backdrop, whose target is the dialog itself.
     this.dialog.addEventListener("click", ({ target, clientX, clientY }) => {
       const { left, right, top, bottom } = this.dialog.getBoundingClientRect();
       const inside = clientX >= left && clientX <= right && clientY >= top && clientY <= bottom;

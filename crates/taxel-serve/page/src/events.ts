@@ -1,12 +1,15 @@
 // The list of events of contacts, the newest first.
 
 import { create, setText } from "./dom";
-import { eventValue, fixed, seconds } from "./format";
+import { fixed, NONE, seconds } from "./format";
 import type { TouchEvent } from "./protocol";
+import { certain, Quantity } from "./units";
 
 /** Rows of the list; older events are dropped. */
 const MOST_ROWS = 200;
-const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "mark"];
+/** A clock that goes back by more than this was set back, ns. */
+const SET_BACK = 0.5e9;
+const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "overload", "mark"];
 
 export class EventList {
   readonly root: HTMLElement;
@@ -25,6 +28,11 @@ export class EventList {
     this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "events" }, this.hint, table);
   }
 
+  /** All that are kept, the oldest first. */
+  get all(): readonly TouchEvent[] {
+    return this.events;
+  }
+
   clear(): void {
     this.events = [];
     this.fill();
@@ -32,6 +40,9 @@ export class EventList {
 
   /** Takes new events, the oldest first; `missed` earlier ones are not kept any more. */
   take(events: readonly TouchEvent[], missed: number): void {
+    // The clock was set back, as by going back in a replay: what was before lies on another time axis.
+    const [newest, next] = [this.events[this.events.length - 1], events[0]];
+    if (newest !== undefined && next !== undefined && next.time_ns < newest.time_ns - SET_BACK) this.clear();
     this.events.push(...events);
     this.events.splice(0, this.events.length - MOST_ROWS);
     if (missed > 0) setText(this.hint, `${missed} earlier events are not kept.`);
@@ -54,12 +65,15 @@ export class EventList {
 }
 
 function row(event: TouchEvent): HTMLTableRowElement {
-  const { time_ns: time, contact, value, deviation, unit } = event;
+  const { time_ns: time, contact, value, deviation, unit, certainty } = event;
   const what = eventInWords(event);
   const cells = [seconds(time), contact === 0 ? "" : String(contact), what];
   // Where there is no room for both, the deviation stands below the value.
-  const [shown = "", spread] = eventValue(value, deviation, unit).split(" ± ");
-  const last = spread === undefined ? [shown] : [`${shown} `, create("span", { class: "spread" }, `± ${spread}`)];
+  const words = Quantity.of(unit).words(value ?? Number.NaN, deviation ?? Number.NaN);
+  const exact = certainty === null || certainty === "exact";
+  const text = [words.number, ...(exact && words.deviation !== "" ? [] : [words.symbol])].join(" ");
+  const shown = value === null ? (event.kind === "mark" ? "" : NONE) : certain(text, certainty);
+  const last = value === null || !exact || words.deviation === "" ? [shown] : [`${shown} `, create("span", { class: "spread" }, `${words.deviation} ${words.symbol}`)];
   const line = create("tr", {}, ...cells.map((text) => create("td", {}, text)), create("td", {}, ...last));
   if (contact !== 0) line.title = `contact ${contact}: ${what}`;
   return line;

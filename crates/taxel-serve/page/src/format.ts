@@ -12,14 +12,6 @@ export function fixed(value: number, decimals: number): string {
   return value < 0 && Number(text) !== 0 ? `\u2212${text}` : text;
 }
 
-/** Three to four significant digits, for limits and values of unknown size. */
-export function compact(value: number): string {
-  if (!Number.isFinite(value)) return NONE;
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-3)) return value.toExponential(2).replaceAll("-", "\u2212");
-  return fixed(value, size >= 1000 ? 0 : size >= 100 ? 1 : size >= 0.1 || size === 0 ? 2 : 4);
-}
-
 /** A limit of a scale without trailing zeros. */
 export function limit(value: number): string {
   if (!Number.isFinite(value)) return NONE;
@@ -32,38 +24,10 @@ export function parseLimit(text: string): number {
   return plain === "" ? Number.NaN : Number(plain);
 }
 
-/** Value and one standard deviation. */
-export function withDeviation(value: number, deviation: number, decimals: number): string {
-  if (!Number.isFinite(value)) return NONE;
-  return `${fixed(value, decimals)} ± ${fixed(deviation, decimals)}`;
-}
-
 /** As many decimals as show `size` in this number of digits. */
 export function decimalsFor(size: number, digits = 4): number {
   if (!(size > 0) || !Number.isFinite(size)) return 2;
-  return Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
-}
-
-/** Newtons, or millinewtons below one newton: number and unit; at least one digit of the deviation if `all` is true. */
-export function newtons(force: number, deviation: number, all = false): [string, string] {
-  const [per, symbol, least] = Math.abs(force) >= 1 ? [1, "N", 3] : [1e-3, "mN", 2];
-  const decimals = all ? Math.max(least, decimalsFor(deviation / per, 1)) : least;
-  return [withDeviation(force / per, deviation / per, decimals), symbol];
-}
-
-/** A value of an event with its deviation and unit, in units that people read. */
-export function eventValue(value: number | null, deviation: number | null, unit: string): string {
-  if (value === null) return NONE;
-  const known = deviation ?? Number.NaN;
-  if (unit === "N") {
-    const [text, symbol] = newtons(value, known, true);
-    return Number.isFinite(known) ? `${text} ${symbol}` : `${text.split(" ")[0]} ${symbol}`;
-  }
-  const per = unit === "m/s" ? 1e-3 : 1;
-  const [shown, spread] = [value / per, known / per];
-  const symbol = unit === "m/s" ? " mm/s" : unit === "1" ? "" : ` ${unit}`;
-  if (!Number.isFinite(spread)) return `${compact(shown)}${symbol}`;
-  return `${withDeviation(shown, spread, Math.min(4, Math.max(1, decimalsFor(spread, 2))))}${symbol}`;
+  return Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(size) + 1e-9)));
 }
 
 /** Device time, s. */

@@ -4,6 +4,16 @@
 /** Columns for a chart: times relative to the newest frame, s, and one array for each series. */
 export type Columns = [number[], ...(number | null)[][]];
 
+/** The last seconds of some series, as a chart takes them. */
+export interface Recent {
+  /** Device times, s; NaN without a frame. */
+  readonly newest: number;
+  readonly oldest: number;
+  /** Wall clock of the newest, s since 1970. */
+  readonly newestClock: number;
+  columns(gap: number): Columns;
+}
+
 export class History {
   /** Length of the window, s. */
   readonly span: number;
@@ -33,7 +43,7 @@ export class History {
   }
 
   /** Adds the values of one frame; `time` is device time, s. A clock that was set back starts afresh. */
-  push(time: number, values: readonly number[]): void {
+  push(time: number, values: ArrayLike<number>): void {
     if (time < this.newest - 0.5) this.clear();
     if (!(time <= this.newest)) {
       this.newest = time;
@@ -73,8 +83,8 @@ export class History {
   }
 
   /** Two points for each bin, its extremes in order; a line is broken where nothing came for `gap` s. */
-  columns(gap: number): Columns {
-    const columns: (number | null)[][] = Array.from({ length: this.series + 1 }, () => []);
+  columns(gap: number, wanted: readonly number[] = Array.from({ length: this.series }, (_, series) => series)): Columns {
+    const columns: (number | null)[][] = Array.from({ length: wanted.length + 1 }, () => []);
     const last = Math.floor(this.newest / this.width);
     let previous = Number.NaN;
     for (let number = last - this.bins; number <= last; number++) {
@@ -83,16 +93,16 @@ export class History {
       const time = number * this.width - this.newest;
       if (time - previous > Math.max(gap, 1.5 * this.width)) {
         columns[0]?.push((time + previous) / 2);
-        for (let series = 0; series < this.series; series++) columns[series + 1]?.push(null);
+        for (const column of columns.slice(1)) column.push(null);
       }
       previous = time;
       columns[0]?.push(time, Math.min(time + this.width / 2, 0));
-      for (let series = 0; series < this.series; series++) {
+      wanted.forEach((series, at) => {
         const place = slot * this.series + series;
         const ends = [finite(this.lowest[place]), finite(this.highest[place])];
         if (this.rising[place] === 0) ends.reverse();
-        columns[series + 1]?.push(...ends);
-      }
+        columns[at + 1]?.push(...ends);
+      });
     }
     return columns as Columns;
   }

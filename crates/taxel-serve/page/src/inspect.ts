@@ -1,32 +1,34 @@
-// The panel that says everything about one taxel.
+// The page that says everything about one taxel.
 
 import { create, symbol } from "./dom";
-import { compact, decimalsFor, fixed, NONE, stateInWords, withDeviation } from "./format";
+import { fixed, NONE, stateInWords } from "./format";
+import { named } from "./layers";
 import type { Cell } from "./panel";
 import type { Frame, Hello } from "./protocol";
+import type { Quantities } from "./units";
 
 const AXES = ["x", "y", "z"] as const;
+
+/** A taxel by the name of its channel, or by its row and column where the channel is named after them. */
+export function taxelName({ wiring, channels, columns }: Hello, { row, column }: Cell): string {
+  const name = wiring.kind === "per_taxel" && wiring.channels === 1 ? (channels[row * columns + column] ?? "") : "";
+  return name === "" || /^r\d+c\d+$/.test(name) ? `row ${row}, column ${column}` : name;
+}
 
 export class Inspector {
   readonly root: HTMLElement;
   private readonly content = create("div", { class: "inspect-content" });
-  private readonly place = create("span", { class: "note" });
+  private readonly title = create("h2");
 
   constructor() {
-    const head = create("div", { class: "panel-head" }, create("h2", {}, "Taxel"), this.place);
-    this.root = create(
-      "section",
-      { class: "panel inspect", "data-testid": "inspect", "aria-label": "Inspected taxel" },
-      head,
-      this.content,
-    );
+    this.root = create("div", { class: "inspect scroll", tabindex: "0", "data-testid": "inspect" }, this.title, this.content);
     this.clear();
   }
 
   clear(): void {
-    this.place.textContent = "";
+    this.title.textContent = "";
     this.content.replaceChildren(
-      create("p", { class: "hint" }, "Point at a taxel, tap it, or move with the arrow keys in an image."),
+      create("p", { class: "hint" }, "Point at a taxel, tap it, or move with the arrow keys in the image."),
     );
   }
 
@@ -34,74 +36,83 @@ export class Inspector {
   withCondition(sentence: string, words: readonly string[]): string {
     if (words.length === 0) return sentence;
     const text = words.join("; ");
-    const line = create("p", { class: "against", title: text, "data-testid": "inspect-condition" }, text);
-    this.content.querySelector(".state")?.after(line);
+    this.content.querySelector(".state")?.after(create("p", { class: "against", "data-testid": "inspect-condition" }, text));
     return `${sentence}, ${text}`;
   }
 
-  /** Shows a taxel, with its channels at `rest` in shown units; returns the sentence for screen readers. */
-  show(hello: Hello, frame: Frame, cell: Cell, rest: Float64Array | null): string {
+  /** One line about a taxel. */
+  brief(hello: Hello, quantities: Quantities, frame: Frame, cell: Cell): string {
     const taxel = cell.row * hello.columns + cell.column;
     const state = hello.states[frame.state[taxel] as number] ?? "unknown";
-    this.place.textContent = `row ${cell.row}, column ${cell.column}`;
+    const of = (axis: number): string => valueInWords(hello, quantities, frame, hello.components * taxel + axis);
+    const values = hello.components === 3 ? `pressing ${of(2)}` : of(0);
+    return `${taxelName(hello, cell)}: ${values}, ${state.replaceAll("_", " ")}`;
+  }
+
+  /** Shows a taxel, with its channels against `rest`, SI; returns the sentence for screen readers. */
+  show(hello: Hello, quantities: Quantities, frame: Frame, cell: Cell, rest: readonly (number | null)[] | null): string {
+    const taxel = cell.row * hello.columns + cell.column;
+    const state = hello.states[frame.state[taxel] as number] ?? "unknown";
+    const name = taxelName(hello, cell);
+    this.title.textContent = name;
     const facts: [string, string][] = [];
     const parts: HTMLElement[] = [];
     const spoken: string[] = [];
-    if (hello.components === 3) parts.push(vectorTable(hello, frame, taxel, spoken));
+    if (hello.components === 3) parts.push(vectorTable(hello, quantities, frame, taxel, spoken));
     else {
-      const shown = valueInWords(hello, frame, taxel);
-      facts.push([hello.value.quantity === "raw" ? "Value" : capitalised(hello.value.quantity), shown]);
+      const shown = valueInWords(hello, quantities, frame, taxel);
+      facts.push([hello.value.quantity === "raw" ? "Value" : named(hello.value.quantity), shown]);
       spoken.push(shown);
     }
     const { wiring } = hello;
-    if (wiring.kind === "per_taxel" && wiring.channels > 1) {
+    if (wiring.kind === "per_taxel" && hello.picture !== "map") {
       const own = Array.from({ length: wiring.channels }, (_, index) => wiring.channels * taxel + index);
-      parts.push(channelTable(hello, frame, own, rest));
+      parts.push(channelTable(hello, quantities, frame, own, rest));
+    }
+    if (wiring.kind === "per_taxel" && wiring.channels > 1) {
       const residual = frame.residual[taxel] as number;
-      const named = (wanted: string): string => {
-        const found = own.filter((channel) => hello.channel_states[frame.channelState[channel] as number] === wanted);
-        return found.length === 0 ? "none" : found.map((channel) => shortName(hello, channel)).join(", ");
-      };
       facts.push(["Residual", Number.isFinite(residual) ? `${fixed(residual, 2)} σ` : "no check"]);
-      facts.push(["Closed", named("closed")], ["Faulty", named("faulty")]);
     }
     const contact = frame.contacts.find(({ peakTaxel }) => peakTaxel === taxel);
-    if (contact !== undefined && hello.components === 1) facts.push(["Contact", peakOf(contact.id)]);
-    const list = factList(facts);
-    const content = parts.length === 0 ? list : create("div", { class: "inspect-columns" }, ...parts, list);
-    this.content.replaceChildren(stateLine(state), content);
-    return `row ${cell.row}, column ${cell.column}: ${spoken.join(", ")}, ${stateInWords(state)}`;
+    if (contact !== undefined && hello.components === 1) facts.push(["Contact", contact.id > 0 ? `peak of contact ${contact.id}` : "peak of a contact"]);
+    const line = create("p", { class: state === "ok" ? "state good" : "state", "data-testid": "inspect-state" }, stateInWords(state));
+    this.content.replaceChildren(line, create("div", { class: "inspect-columns" }, ...parts, factList(facts)));
+    return `${name}: ${spoken.join(", ")}, ${stateInWords(state)}`;
   }
 }
 
+/** A value with its deviation; until there is a zero it is none. */
+function valueInWords(hello: Hello, { value: quantity }: Quantities, { header, value, deviation }: Frame, at: number): string {
+  const number = value[at] as number;
+  if (!header.zeroKnown) return "no zero yet";
+  // Of one device all values are in one unit.
+  return Number.isFinite(number) ? quantity.text(number, deviation[at] as number, Math.max(Math.abs(number), hello.full_scale ?? 0)) : "no value";
+}
+
 /** Force along each axis with its deviation. */
-function vectorTable(hello: Hello, frame: Frame, taxel: number, spoken: string[]): HTMLElement {
-  const { symbol: unit, si_per_unit: per } = hello.value;
+function vectorTable(hello: Hello, quantities: Quantities, frame: Frame, taxel: number, spoken: string[]): HTMLElement {
   const forces = create("table", { class: "forces" });
-  forces.append(headRow("", unit, "± σ"));
   AXES.forEach((axis, index) => {
-    const value = (frame.value[3 * taxel + index] as number) / per;
-    const deviation = (frame.deviation[3 * taxel + index] as number) / per;
-    const row = create("tr", {}, create("th", { scope: "row" }, symbol("F", axis)));
-    row.append(create("td", {}, fixed(value, 2)));
-    row.append(create("td", {}, Number.isFinite(value) ? `± ${fixed(deviation, 2)}` : NONE));
-    forces.append(row);
-    spoken.push(`F ${axis} ${withDeviation(value, deviation, 2)} ${unit}`);
+    const words = valueInWords(hello, quantities, frame, 3 * taxel + index);
+    forces.append(create("tr", {}, create("th", { scope: "row" }, symbol("F", axis)), create("td", {}, words)));
+    spoken.push(`F ${axis} ${words}`);
   });
   return forces;
 }
 
-/** Readings of the channels of a taxel, and their change against rest. */
-function channelTable(hello: Hello, frame: Frame, channels: readonly number[], rest: Float64Array | null): HTMLElement {
-  const { symbol: unit, si_per_unit: per } = hello.reading;
-  const table = create("table", { class: "capacitors" });
-  table.append(headRow("", unit, rest === null ? "" : "change"));
+/** Readings of the channels of a taxel, their change against rest, and their state. */
+function channelTable(hello: Hello, { reading: quantity }: Quantities, frame: Frame, channels: readonly number[], rest: readonly (number | null)[] | null): HTMLElement {
+  const table = create("table", { class: "readings" });
+  const heads = ["channel", "reading", "change", "state"].map((name) => create("th", { scope: "col" }, name));
+  table.append(create("tr", { class: "units" }, ...heads));
   for (const channel of channels) {
-    const value = (frame.reading[channel] as number) / per;
-    const change = rest === null ? "" : fixed(value - (rest[channel] as number), 2);
-    const row = create("tr", {}, create("th", { scope: "row" }, symbol("C", shortName(hello, channel))));
-    if (!USABLE.includes(hello.channel_states[frame.channelState[channel] as number] ?? "")) row.className = "bad";
-    row.append(create("td", {}, fixed(value, 2)), create("td", {}, change));
+    const value = frame.reading[channel] as number;
+    const zero = rest?.[channel] ?? null;
+    const state = hello.channel_states[frame.channelState[channel] as number] ?? "";
+    const row = create("tr", {}, create("th", { scope: "row" }, hello.channels[channel] ?? ""));
+    if (!USABLE.includes(state)) row.className = "bad";
+    const change = zero === null ? NONE : quantity.text(value - zero, Number.NaN, Math.max(Math.abs(value - zero), Math.abs(zero) / 1000));
+    row.append(create("td", {}, quantity.text(value)), create("td", {}, change), create("td", {}, state));
     table.append(row);
   }
   return table;
@@ -109,46 +120,6 @@ function channelTable(hello: Hello, frame: Frame, channels: readonly number[], r
 
 /** States of channels whose reading is used. */
 const USABLE = ["ok", "closed"];
-
-/** Name of a channel within its taxel: `11` of `r0c0.11`. */
-function shortName(hello: Hello, channel: number): string {
-  const name = hello.channels[channel] ?? "";
-  return name.slice(name.lastIndexOf(".") + 1);
-}
-
-/** The value of a taxel of one component, in its unit. */
-function valueInWords(hello: Hello, frame: Frame, taxel: number): string {
-  const { symbol: unit, si_per_unit: per } = hello.value;
-  const value = (frame.value[taxel] as number) / per;
-  const deviation = (frame.deviation[taxel] as number) / per;
-  if (!Number.isFinite(value)) return "no value";
-  const decimals = hello.full_scale === null ? null : decimalsFor(hello.full_scale / per);
-  if (decimals === null) return `${Number.isInteger(value) ? fixed(value, 0) : compact(value)} ${unit}`;
-  return `${Number.isFinite(deviation) ? withDeviation(value, deviation, decimals) : fixed(value, decimals)} ${unit}`;
-}
-
-function peakOf(id: number): string {
-  return id > 0 ? `peak of contact ${id}` : "peak of a contact";
-}
-
-/** With a capital letter at its beginning. */
-export function capitalised(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
-}
-
-function stateLine(state: string): HTMLElement {
-  const good = state === "ok";
-  const line = create("p", { class: good ? "state good" : "state", "data-testid": "inspect-state" });
-  line.append(stateInWords(state));
-  return line;
-}
-
-function headRow(...names: string[]): HTMLElement {
-  const cells = names.map((name) =>
-    create(name === "" ? "td" : "th", name === "" ? {} : { scope: "col" }, name),
-  );
-  return create("tr", { class: "units" }, ...cells);
-}
 
 function factList(facts: [string, string][]): HTMLElement {
   const list = create("dl", { class: "facts" });

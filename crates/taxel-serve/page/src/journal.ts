@@ -1,29 +1,45 @@
-// What lasts longer than a frame, in one panel: events, history of the rest values, condition of the channels.
+// Everything that is not skin, now or time, in tabs: channels, the inspected taxel, events, tares, condition, link.
 
+import type { ChannelTable } from "./channels";
 import { ConditionView } from "./condition";
 import { create, setText } from "./dom";
 import { EventList } from "./events";
+import { Inspector } from "./inspect";
+import { LinkView } from "./link_view";
 import type { PanelListener } from "./panel";
 import type { BaselineChanges, Health, Hello, TareEntry, TouchEvent } from "./protocol";
 import { type TareActions, TareList } from "./tares";
 
-const TABS = ["events", "tares", "condition"] as const;
-type Tab = (typeof TABS)[number];
-const TITLES: Record<Tab, string> = { events: "Events", tares: "Tares", condition: "Condition" };
+const TABS = ["channels", "taxel", "events", "tares", "link", "condition"] as const;
+export type Tab = (typeof TABS)[number];
+const TITLES: Record<Tab, string> = { channels: "Channels", taxel: "Taxel", events: "Events", tares: "Tares", condition: "Condition", link: "Link" };
 
 export class Journal {
   readonly root: HTMLElement;
   readonly condition: ConditionView;
-  private readonly events = new EventList();
+  readonly inspector = new Inspector();
+  readonly link = new LinkView();
+  readonly events = new EventList();
+  /** Told of a tab that is opened. */
+  opened: (tab: Tab) => void = () => undefined;
   private readonly tares: TareList;
   private readonly buttons = new Map<Tab, HTMLButtonElement>();
   private readonly pages: Record<Tab, HTMLElement>;
+  private tab: Tab = "events";
 
   constructor(listener: PanelListener, tares: TareActions) {
     this.condition = new ConditionView(listener);
     this.tares = new TareList(tares);
-    this.pages = { events: this.events.root, tares: this.tares.root, condition: this.condition.root };
-    const tabs = create("div", { class: "segments tabs", role: "tablist", "aria-label": "Journal" });
+    const events = create("div", { class: "table-page" }, create("div", { class: "table-bar" }, this.events.filter), this.events.root);
+    this.pages = {
+      channels: create("div", { class: "table-page" }),
+      taxel: this.inspector.root,
+      events,
+      tares: this.tares.root,
+      condition: this.condition.root,
+      link: this.link.root,
+    };
+    const tabs = create("div", { class: "tabs", role: "tablist", "aria-label": "More" });
     for (const tab of TABS) {
       const page = this.pages[tab];
       page.id = `journal-${tab}`;
@@ -39,8 +55,7 @@ export class Journal {
       this.buttons.set(tab, button);
       tabs.append(button);
     }
-    const head = create("div", { class: "panel-head" }, tabs, this.events.filter);
-    this.root = create("section", { class: "panel journal", "aria-label": "Journal" }, head);
+    this.root = create("section", { class: "panel journal", "aria-label": "More" }, tabs);
     this.root.append(...Object.values(this.pages));
     this.open("events");
   }
@@ -50,6 +65,20 @@ export class Journal {
     this.events.clear();
     this.tares.greet(hello);
     this.condition.greet(hello);
+    this.link.greet(hello);
+  }
+
+  /** Takes the table of the channels, or null where it has an area of its own. */
+  takeChannels(table: ChannelTable | null): void {
+    this.pages.channels.replaceChildren(...(table === null ? [] : [table.root]));
+    this.hide("channels", table === null);
+  }
+
+  /** Whether there is a tab for a taxel: a table of channels says all. */
+  hide(tab: Tab, hidden: boolean): void {
+    const button = this.buttons.get(tab);
+    if (button !== undefined) button.hidden = hidden;
+    if (hidden && this.tab === tab) this.open("events");
   }
 
   takeEvents(events: readonly TouchEvent[], missed: number): void {
@@ -71,6 +100,7 @@ export class Journal {
   }
 
   open(tab: Tab): void {
+    this.tab = tab;
     for (const name of TABS) {
       const chosen = name === tab;
       this.pages[name].hidden = !chosen;
@@ -78,15 +108,22 @@ export class Journal {
       button?.setAttribute("aria-selected", String(chosen));
       button?.setAttribute("tabindex", chosen ? "0" : "-1");
     }
-    this.events.filter.hidden = tab !== "events";
     if (tab === "condition") this.condition.draw();
+    this.opened(tab);
+  }
+
+  /** Opens a tab and brings it into view, for whoever asked for it elsewhere on the page. */
+  reveal(tab: Tab): void {
+    this.open(tab);
+    this.root.scrollIntoView({ block: "nearest" });
   }
 
   /** Arrow keys go from tab to tab. */
   private step(tab: Tab, event: KeyboardEvent): void {
     const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (by === undefined) return;
-    const next = TABS[(TABS.indexOf(tab) + by + TABS.length) % TABS.length] as Tab;
+    const shown = TABS.filter((name) => this.buttons.get(name)?.hidden === false);
+    const next = shown[(shown.indexOf(tab) + by + shown.length) % shown.length] as Tab;
     this.open(next);
     this.buttons.get(next)?.focus();
     event.preventDefault();

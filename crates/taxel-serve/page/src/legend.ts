@@ -1,7 +1,7 @@
 // What the marks mean, drawn by the same functions as in the images.
 
 import type { ColourMap } from "./colour";
-import { colourOf, SEQUENTIAL } from "./colour";
+import { colourOf, GREY, HEAT, SEQUENTIAL } from "./colour";
 import { create } from "./dom";
 import { drawArrow, drawCentreOfPressure, drawEllipse, drawPlus } from "./image";
 import type { Box, MarkColours } from "./marks";
@@ -72,17 +72,16 @@ export class Legend {
   private readonly map: ColourMap;
   private readonly grayscale: boolean;
 
-  /** `map` is that of the image whose marks are explained. */
-  constructor({ components, picture, signed }: Hello, map = SEQUENTIAL) {
-    this.map = map;
+  constructor({ components, picture, signed }: Hello) {
     this.grayscale = picture === "grayscale";
-    const sensels: [string, Draw][] = [
+    this.map = this.grayscale ? GREY : components === 1 && picture !== "map" ? HEAT : SEQUENTIAL;
+    const ofMaps: [string, Draw][] = [
       ["no reading", STATES[0]?.[1] as Draw],
-      ["no sensel", STATES[1]?.[1] as Draw],
+      ["no taxel", STATES[1]?.[1] as Draw],
       ["faulty", over(Mark.faulty)],
       ["out of range", over(Mark.outOfRange)],
     ];
-    const states = (picture === "map" ? sensels : STATES).filter(([words]) => !(signed && components === 1) || words !== BELOW_ZERO);
+    const states = (picture === "map" ? ofMaps : STATES).filter(([words]) => !(signed && components === 1) || words !== BELOW_ZERO);
     const entries = components === 3 ? [...states, SHEAR, ...CONTACTS] : [...states, ...CONTACTS];
     if (components === 1 && picture !== "map") entries.push(...BOUNDS);
     if (this.grayscale && signed) entries.push(["pulled: a force below zero, as behind a finger that is pushed", over(Mark.pulled)]);

@@ -3,7 +3,7 @@
 import { fixed } from "./format";
 import type { Link, Status } from "./protocol";
 
-export type LinkState = "connecting" | "waiting" | "live" | "stale" | "ended" | "disconnected" | "refused";
+export type LinkState = "connecting" | "waiting" | "live" | "paused" | "stale" | "ended" | "disconnected" | "refused";
 
 /** How the WebSocket stands. */
 export type Socket = "connecting" | "open" | "disconnected" | "refused";
@@ -29,6 +29,7 @@ const MARGIN = 50;
 export function linkState({ socket, status, messageAge, frameAge, staleAfter }: Evidence): LinkState {
   if (socket !== "open") return socket;
   if (status?.ended === true) return "ended";
+  if (status?.replay?.paused === true && messageAge <= SILENCE) return "paused";
   if (status?.stale === true || messageAge > SILENCE) return "stale";
   if (frameAge === Number.POSITIVE_INFINITY) return "waiting";
   return frameAge > 1000 * staleAfter + MARGIN ? "stale" : "live";
@@ -41,6 +42,8 @@ export function linkInWords(state: LinkState, frameAge: number, hadHello: boolea
       const age = Number.isFinite(frameAge) ? ` for ${(frameAge / 1000).toFixed(1)} s` : "";
       return `no frames${age}`;
     }
+    case "paused":
+      return "the replay is paused";
     case "ended":
       return "the recording is over";
     case "disconnected":
@@ -63,31 +66,27 @@ export function boardLinkInWords(link: Link | null | undefined): string {
   return link.reason === "" ? state : `${state}: ${link.reason}`;
 }
 
-/** How the clock of the board stands to that of the computer, in short and in full; null while it is not known. */
-export function clockInWords(link: Link | null | undefined): { short: string; full: string } | null {
+/** How the clock of the board stands to that of the computer; null while it is not known. */
+export function clockInWords(link: Link | null | undefined): string | null {
   const clock = link?.clock ?? null;
   if (clock === null || link?.state !== "in_step") return null;
   const ms = (seconds: number): string => `${fixed(1e3 * seconds, 2)} ms`;
   // Both clocks count as equally fast until the stamps tell.
   const ppm = 1e6 * clock.rate_difference;
   const pace = `${fixed(Math.abs(ppm), 1)} ppm ${ppm < 0 ? "fast" : "slow"}`;
-  const short = ppm === 0 ? "rate not known yet" : pace;
   const rate =
     ppm === 0
       ? "How much faster or slower the clock of the board runs is not known yet."
       : `The clock of the board runs ${pace.replace(" ppm ", " ppm too ")}.`;
   const { before_s: before, behind_s: behind } = clock;
-  const bound = before === null ? `+${ms(behind)}, delay not known` : `−${ms(before)} +${ms(behind)}`;
   const times = [clock.device_time_ns, clock.host_ns].map((time) => fixed(time / 1e9, 3));
   const known =
     before === null
       ? `at most ${ms(behind)} behind it; how long before it is not known, since the board file states no delay`
       : `at most ${ms(before)} before and ${ms(behind)} behind it`;
   const segment = clock.segments > 1 ? ` Segment ${clock.segments} of the clock.` : "";
-  return {
-    short: `clock ${short}, ${bound}`,
-    full:
-      `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the source was opened, ` +
-      `${known}. ${rate}${segment}`,
-  };
+  return (
+    `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the source was opened, ` +
+    `${known}. ${rate}${segment}`
+  );
 }

@@ -1,21 +1,29 @@
 // The page of `taxel live`: connects, keeps the newest frame, draws it once for each animation frame.
 
-import { listsChannels } from "./channels";
+import { ChannelStore, ChannelTable } from "./channels";
 import { Connection } from "./connection";
-import { byId, setText } from "./dom";
+import { byId, create, setText } from "./dom";
 import { Drawing } from "./drawing";
 import { belowZeroInWords, tareInWords } from "./format";
+import { Help } from "./help";
 import { LastSecond } from "./history";
-import { Journal } from "./journal";
+import { taxelName } from "./inspect";
+import { Journal, type Tab } from "./journal";
+import { Legend } from "./legend";
 import type { LinkState, Socket } from "./link";
-import { boardLinkInWords, clockInWords, linkInWords, linkState } from "./link";
+import { boardLinkInWords, linkInWords, linkState } from "./link";
 import { MarkDialog } from "./mark";
+import { NowView } from "./now";
 import type { Cell, PanelListener } from "./panel";
 import type { Frame, FrameHeader, Hello, Status } from "./protocol";
 import { decodeFrame, ProtocolError } from "./protocol";
-import { Readout } from "./readout";
+import { RecordControl } from "./recorder";
+import { ReplayBar } from "./replay";
+import { SensorTabs } from "./sensors";
+import { SkinView } from "./skin";
 import { ThemeSwitch } from "./theme";
-import { TouchView } from "./touch_view";
+import { TimeView } from "./time";
+import { Quantities } from "./units";
 
 /** For the tests of the page: times by `performance.now()`. */
 interface TestHooks {
@@ -52,17 +60,26 @@ const hooks: TestHooks = {
 };
 window.taxelTest = hooks;
 
+/** The views of one device. */
+interface Views {
+  quantities: Quantities;
+  store: ChannelStore;
+  table: ChannelTable;
+  skin: SkinView | null;
+  now: NowView;
+  time: TimeView;
+  legend: Legend;
+}
+
 let hello: Hello | null = null;
-let view: TouchView | null = null;
-let readout: Readout | null = null;
+let views: Views | null = null;
 let status: Status | null = null;
 let socket: Socket = "connecting";
 let link: LinkState = "connecting";
-/** Newest frame of the source; the shown one differs while the display is paused. */
+/** Newest frame of the source; the shown one differs while the display is frozen. */
 let newest: Frame | null = null;
 let shown: Frame | null = null;
 let paused = false;
-let locked = false;
 let pinned: Cell | null = null;
 let hovered: Cell | null = null;
 let dirty = false;
@@ -73,17 +90,16 @@ let closedNotice = "";
 let problem = "";
 const latency = new LastSecond();
 
-const controls = {
-  tare: byId<HTMLButtonElement>("tare"),
-  clearTare: byId<HTMLButtonElement>("clear-tare"),
-  pause: byId<HTMLButtonElement>("pause"),
-  lock: byId<HTMLButtonElement>("lock"),
-};
+const tare = byId<HTMLButtonElement>("tare");
+const pause = byId<HTMLButtonElement>("pause");
 
 const drawing = new Drawing(location);
+const help = new Help();
 
 const theme = new ThemeSwitch(byId<HTMLButtonElement>("theme"), () => {
-  view?.recolour();
+  journal?.condition.draw();
+  views?.time.recolour();
+  views?.legend.draw();
   requestDrawing();
 });
 
@@ -95,6 +111,7 @@ const panelListener: PanelListener = {
   pick(cell) {
     const same = pinned !== null && pinned.row === cell.row && pinned.column === cell.column;
     pinned = same ? null : cell;
+    if (!same) journal.open("taxel");
     requestDrawing(true);
   },
   move(rows, columns) {
@@ -106,8 +123,9 @@ const panelListener: PanelListener = {
         ? { row: 0, column: 0 }
         : { row: next(from.row, rows, hello.rows), column: next(from.column, columns, hello.columns) };
     hovered = null;
+    journal.open("taxel");
     requestDrawing(true);
-    if (view !== null && shown !== null) setText(byId("announce-taxel"), view.inspect(shown, pinned));
+    if (shown !== null) setText(byId("announce-taxel"), inspect(shown, pinned));
   },
   leave() {
     pinned = null;
@@ -115,15 +133,9 @@ const panelListener: PanelListener = {
     requestDrawing(true);
   },
   changed() {
-    updateLock();
     requestDrawing(true);
   },
 };
-
-const journal = new Journal(panelListener, {
-  goBack: (to) => connection.send({ command: "undo_tare", to }),
-  force: () => connection.send({ command: "tare", force: true }),
-});
 
 const connection = new Connection(location, {
   hello(message) {
@@ -132,7 +144,7 @@ const connection = new Connection(location, {
     greet(message);
   },
   rest(channels) {
-    view?.takeRest(channels);
+    if (views !== null) views.store.rest = channels;
     requestDrawing(true);
   },
   events: (events, missed) => journal.takeEvents(events, missed),
@@ -140,6 +152,7 @@ const connection = new Connection(location, {
   baseline: (baseline) => journal.takeBaseline(baseline),
   health(health) {
     journal.takeHealth(health);
+    views?.table.takeHealth(health);
     updateCondition();
     requestDrawing(true);
   },
@@ -150,6 +163,9 @@ const connection = new Connection(location, {
     updateTare();
     updateBelowZero();
     updateNotice();
+    record.take(message);
+    replay.take(message);
+    sensors.take(message);
   },
   frame(bytes) {
     const now = performance.now();
@@ -168,40 +184,62 @@ const connection = new Connection(location, {
   },
 });
 
-const mark = new MarkDialog((text) => connection.send({ command: "mark", text }));
+const send = connection.send.bind(connection);
+const journal = new Journal(panelListener, {
+  goBack: (to) => send({ command: "undo_tare", to }),
+  force: () => send({ command: "tare", force: true }),
+  clear: () => send({ command: "clear_tare" }),
+});
+const mark = new MarkDialog((text) => send({ command: "mark", text }));
+const record = new RecordControl(send);
+const replay = new ReplayBar(send, journal.events);
+const sensors = new SensorTabs();
 
 /** Begins anew for a device; keeps scales, chart and selection if it is the same one again. */
 function greet(message: Hello): void {
   const identity = ({ protocol, source, version, commit, ...device }: Hello): string => JSON.stringify(device);
-  const same = hello !== null && view !== null && identity(hello) === identity(message);
+  const same = hello !== null && views !== null && identity(hello) === identity(message);
   hello = message;
   status = null;
   setText(byId("name"), message.name);
-  setText(byId("source"), message.source);
-  byId("source").title = [
-    `source ${message.source}`,
-    `taxel ${message.version} (${message.commit})`,
-    ...(message.sensor_hash === "" ? [] : [`sensor file ${message.sensor_hash}`]),
-  ].join("\n");
   document.title = `${message.name} – taxel live`;
-  document.body.dataset["components"] = String(message.components);
-  document.body.toggleAttribute("data-channels", listsChannels(message));
-  drawing.show(message);
   journal.greet(message);
   updateCondition();
-  if (same) return;
+  if (!same) begin(message);
+  drawing.show(message);
+}
+
+/** Builds the views of a device. */
+function begin(message: Hello): void {
   newest = null;
   shown = null;
   pinned = null;
   hovered = null;
-  const main = byId("main");
-  readout = new Readout(byId("readout"), message);
-  view = new TouchView(message, main, panelListener, journal);
-  if (locked) setLocked(false);
+  const quantities = new Quantities(message);
+  const store = new ChannelStore(message);
+  const table = new ChannelTable(message, quantities, store);
+  const now = new NowView(message, quantities);
+  const time = new TimeView(message, quantities, store, now.subject);
+  const legend = new Legend(message);
+  store.changed = () => {
+    table.showChosen();
+    time.choose();
+  };
+  table.showChosen();
+  help.takeLegend(legend);
+  const listed = now.subject === "channels";
+  const skin = listed ? null : new SkinView(message, quantities, () => store.rest, panelListener, [drawing.button]);
+  const first = skin?.root ?? create("section", { class: "panel skin", "aria-label": "Channels" }, create("div", { class: "panel-head" }, create("h2", {}, "Channels")), table.root);
+  first.classList.toggle("listed", listed);
+  journal.takeChannels(listed ? null : table);
+  journal.hide("taxel", listed);
+  journal.open(message.rows * message.columns > 1 ? "events" : "taxel");
+  byId("main").replaceChildren(first, create("div", { class: "beside" }, now.root, time.root, journal.root));
+  views = { quantities, store, table, skin, now, time, legend };
 }
 
 function takeFrame(bytes: ArrayBuffer, now: number): void {
-  if (hello === null || view === null) return;
+  if (hello === null || views === null) return;
   let frame: Frame;
   try {
     frame = decodeFrame(bytes);
@@ -227,7 +265,8 @@ function takeFrame(bytes: ArrayBuffer, now: number): void {
   hooks.lastFrameAt = now;
   hooks.frames += 1;
   newest = frame;
-  view.record(frame);
+  views.store.record(frame);
+  views.time.record(frame);
   latency.push(now, frame.header.latency);
   if (first || link !== "live") updateLink();
   if (!paused) requestDrawing();
@@ -244,32 +283,43 @@ function draw(): void {
   dirty = false;
   const now = performance.now();
   if (!paused || shown === null) shown = newest;
-  if (view === null || shown === null) return;
+  if (hello === null || views === null || shown === null) return;
+  const frame = shown;
   const selected = hovered ?? pinned;
-  view.drawImages({ frame: shown, selected, theme: theme.theme, now });
+  views.skin?.draw({ frame, selected, theme: theme.theme, now });
   hooks.drawn += 1;
-  if (shown === newest) hooks.onDrawn?.(shown.header, hooks.lastFrameAt);
+  if (frame === newest) hooks.onDrawn?.(frame.header, hooks.lastFrameAt);
   if (!paused && now - stripDrawnAt > STRIP_PERIOD) {
     stripDrawnAt = now;
-    view.drawStrip(now);
+    views.time.draw(now);
   }
-  if (now - textDrawnAt > TEXT_PERIOD) {
-    textDrawnAt = now;
-    readout?.showTotals(shown.header);
-    if (selected === null) view.clearInspector();
-    else view.inspect(shown, selected);
-  }
+  views.table.draw(frame, now);
+  if (now - textDrawnAt <= TEXT_PERIOD) return;
+  textDrawnAt = now;
+  const { rows, columns } = hello;
+  const device = hello;
+  views.now.show(frame, now, ["stale", "disconnected", "refused"].includes(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  if (rows * columns === 1) inspect(frame, { row: 0, column: 0 });
+  else if (selected === null) journal.inspector.clear();
+  else inspect(frame, selected);
+  views.skin?.setFoot(selected === null ? "" : journal.inspector.brief(hello, views.quantities, frame, selected));
 }
 
-/** Numbers of the connection, which go on while the display is paused or nothing comes. */
+/** Shows the taxel in the inspector; returns the sentence for screen readers. */
+function inspect(frame: Frame, cell: Cell): string {
+  if (hello === null || views === null) return "";
+  const sentence = journal.inspector.show(hello, views.quantities, frame, cell, views.store.rest);
+  return journal.inspector.withCondition(sentence, journal.condition.wordsOf(cell.row * hello.columns + cell.column));
+}
+
+/** Numbers of the connection, which go on while the display is frozen or nothing comes. */
 function updateCounts(): void {
-  const header: FrameHeader | undefined = newest?.header;
-  if (header === undefined) return;
-  readout?.showCounts({ header, status, latency: latency.summary(performance.now()), live: link === "live" });
-  byId("clipped").hidden = !header.clipped;
-  byId("merged").hidden = !header.merged;
-  byId("unchecked").hidden = !header.uncheckedWire;
-  byId("history").hidden = !header.historyUncertain;
+  const header = newest?.header ?? null;
+  journal.link.show({ header, status, latency: latency.summary(performance.now()), live: link === "live", state: link });
+  byId("clipped").hidden = header?.clipped !== true;
+  byId("merged").hidden = header?.merged !== true;
+  byId("unchecked").hidden = header?.uncheckedWire !== true;
+  byId("history").hidden = header?.historyUncertain !== true;
 }
 
 function updateLink(): void {
@@ -285,16 +335,13 @@ function updateLink(): void {
   const board = socket === "open" ? boardLinkInWords(status?.link) : "";
   const detail = [linkInWords(state, frameAge, hello !== null), board].filter((words) => words !== "").join("; ");
   setText(byId("detail"), detail);
-  const clock = socket === "open" ? clockInWords(status?.link) : null;
-  byId("clock").hidden = clock === null;
-  setText(byId("clock"), clock?.short ?? "");
-  byId("clock").title = clock?.full ?? "";
   if (state === link) return;
   link = state;
   hooks.badge = state;
   hooks.badgeChangedAt = now;
   setText(byId("badge"), state);
   document.body.dataset["state"] = state;
+  requestDrawing(true);
   const words = linkInWords(state, Number.POSITIVE_INFINITY, hello !== null);
   setText(byId("announce-state"), words === "" ? state : `${state}: ${words}`);
   const placeholder = document.getElementById("placeholder");
@@ -305,12 +352,10 @@ function updateTare(): void {
   const open = socket === "open";
   const state = status?.tare ?? "none";
   // Not `disabled`: a button that is pressed by key would lose the focus.
-  controls.tare.setAttribute("aria-disabled", String(!open || state === "running"));
-  controls.clearTare.setAttribute("aria-disabled", String(!open));
+  tare.setAttribute("aria-disabled", String(!open || state === "running"));
   const since = (newest?.header.time ?? Number.NaN) - (status?.tare_time_ns ?? Number.NaN) / 1e9;
-  const age = state === "done" && since >= 1 ? `, ${duration(since)} ago` : "";
   setText(byId("tare-state"), tareInWords(state));
-  byId("tare-state").title = age === "" ? "" : `Tared${age.slice(1)}`;
+  byId("tare-state").title = state === "done" && since >= 1 ? `Tared ${duration(since)} ago` : "";
   byId("tare-state").dataset["state"] = state;
 }
 
@@ -346,55 +391,47 @@ function updateNotice(): void {
 
 function setPaused(value: boolean): void {
   paused = value;
-  controls.pause.setAttribute("aria-pressed", String(value));
-  controls.pause.textContent = value ? "Resume" : "Pause";
+  pause.setAttribute("aria-pressed", String(value));
+  pause.textContent = value ? "Go on" : "Freeze";
   byId("paused").hidden = !value;
   requestDrawing(true);
 }
 
-function setLocked(value: boolean): void {
-  for (const { scale } of view?.panels ?? []) {
-    if (value) scale.fix(scale.low, scale.high);
-    else scale.release();
-  }
-  updateLock();
-  requestDrawing();
-}
-
-/** The button is down when every scale is fixed, by whatever way. */
-function updateLock(): void {
-  locked = view !== null && view.panels.every(({ scale }) => scale.fixed);
-  controls.lock.setAttribute("aria-pressed", String(locked));
-  controls.lock.textContent = locked ? "Unlock scales" : "Lock scales";
-}
-
-controls.tare.addEventListener("click", () => {
-  if (status?.tare !== "running") connection.send({ command: "tare" });
+tare.addEventListener("click", () => {
+  if (status?.tare !== "running") send({ command: "tare" });
 });
-byId("below-zero-tare").addEventListener("click", () => controls.tare.click());
-controls.clearTare.addEventListener("click", () => connection.send({ command: "clear_tare" }));
-controls.pause.addEventListener("click", () => setPaused(!paused));
-controls.lock.addEventListener("click", () => setLocked(!locked));
-byId("condition").addEventListener("click", () => journal.open("condition"));
+byId("below-zero-tare").addEventListener("click", () => tare.click());
+pause.addEventListener("click", () => {
+  if (status?.replay == null) setPaused(!paused);
+  else replay.toggle(send);
+});
+byId("badge").addEventListener("click", () => journal.reveal("link"));
+byId("condition").addEventListener("click", () => journal.reveal("condition"));
 byId("notice-close").addEventListener("click", () => {
   closedNotice = byId("notice-text").textContent ?? "";
   problem = "";
   updateNotice();
 });
 
+const TAB_KEYS: readonly Tab[] = ["channels", "taxel", "events", "tares", "link", "condition"];
+
 document.addEventListener("keydown", (event) => {
   const target = event.target instanceof HTMLElement ? event.target : document.body;
   if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-  if (target instanceof HTMLInputElement) return;
+  if (target instanceof HTMLInputElement && target.type !== "range") return;
   const key = event.key.toLowerCase();
-  // Over the drawing, keys do nothing to the images behind it.
-  if (mark.open || (drawing.open && key !== "d")) return;
+  // Over a dialog, keys do nothing to what is behind it, but those that close it.
+  if (mark.open || record.open || (drawing.open && key !== "d") || (help.open && key !== "?")) return;
+  const tab = TAB_KEYS[Number(key) - 1];
   // On a button, space presses that button.
-  if (key === "p" || (key === " " && !(target instanceof HTMLButtonElement))) controls.pause.click();
-  else if (key === "t") controls.tare.click();
-  else if (key === "l") controls.lock.click();
+  if (key === "p" || (key === " " && !(target instanceof HTMLButtonElement))) pause.click();
+  else if (key === "t") tare.click();
+  else if (key === "l") views?.skin?.toggleScale();
   else if (key === "m") mark.show();
+  else if (key === "r") record.toggle();
+  else if (key === "?") help.toggle();
   else if (key === "d" && drawing.exists) drawing.toggle();
+  else if (tab !== undefined) journal.reveal(tab);
   else return;
   event.preventDefault();
 });

@@ -1,33 +1,21 @@
-// One image with its title, its colour bar and the limits of its scale.
+// The image of the skin: one layer at a time, with its colour bar and the limits of its scale.
 
 import type { ColourMap } from "./colour";
 import { gradientOf } from "./colour";
-import { create, setData } from "./dom";
+import { create, cssValue, setData, setText } from "./dom";
 import { limit, parseLimit } from "./format";
-import type { Picture } from "./image";
-import { drawCells, drawSelected, extremes, Layout } from "./image";
+import type { Turn } from "./image";
+import { drawArea, drawCells, drawContacts, drawSelected, drawShear, extremes, Layout } from "./image";
+import type { Layer } from "./layers";
 import { markColours } from "./marks";
-import type { Scale } from "./scale";
+import type { Frame, Hello } from "./protocol";
+import type { Theme } from "./theme";
+import type { Shown } from "./units";
 
 /** A taxel of the array; row 0 is at the top, column 0 at the left. */
 export interface Cell {
   row: number;
   column: number;
-}
-
-export interface PanelOptions {
-  testId: string;
-  /** For screen readers, such as "F x". */
-  label: string;
-  title: (Node | string)[];
-  note: string;
-  unit: string;
-  rows: number;
-  columns: number;
-  /** Height of the image over its width. */
-  aspect: number;
-  /** Whether the image is in grey, so that cells without a value need a colour. */
-  grayscale?: boolean;
 }
 
 /** What happens to a panel. */
@@ -42,170 +30,185 @@ export interface PanelListener {
   changed(): void;
 }
 
+/** What is to be drawn. */
+export interface Scene {
+  frame: Frame;
+  selected: Cell | null;
+  theme: Theme;
+  /** ms */
+  now: number;
+}
+
+/** By how much a key turns a cylinder, rad. */
+const TURN_STEP = Math.PI / 12;
+/** Of a small picture: around it, and below it for its words, px. */
+const PADDING = 12;
+const LABEL = 18;
+/** A pointer that moved further than this turns, and does not pick; px. */
+const DRAG = 4;
+
 export class Panel {
-  readonly root: HTMLElement;
   readonly canvas: HTMLCanvasElement;
-  readonly head: HTMLElement;
-  scale: Scale;
-  private readonly frame: HTMLElement;
-  private readonly bar: HTMLElement;
-  private readonly low: HTMLInputElement;
-  private readonly high: HTMLInputElement;
-  private readonly followButton: HTMLButtonElement;
-  private readonly tick: HTMLElement;
-  private readonly options: PanelOptions;
+  readonly frame: HTMLElement;
+  /** The row below the image: colour bar and limits. */
+  readonly scaleRow: HTMLElement;
+  private readonly bar = create("div", { class: "bar", "aria-hidden": "true" });
+  private readonly tick = create("span", { class: "tick", hidden: "" });
+  private readonly low = this.limitInput("low");
+  private readonly high = this.limitInput("high");
+  private readonly unit = create("span", { class: "unit" });
+  private readonly follow: HTMLButtonElement;
+  private readonly hello: Hello;
   private readonly listener: PanelListener;
-  private shownMap: ColourMap | null = null;
-  /** Where the mark on the colour bar stands. */
-  private tickAt = "";
+  private readonly turn: Turn | null;
+  private layer: Layer;
+  private aspect: number;
+  private drawnMap: ColourMap | null = null;
+  private shown: Shown = { per: 1, symbol: "" };
   /** Of the canvas, device pixels, and how many of them are one CSS pixel. */
   private size = { width: 1, height: 1, scale: 1 };
 
-  constructor(options: PanelOptions, scale: Scale, listener: PanelListener) {
-    const { label, unit } = options;
-    this.options = options;
-    this.scale = scale;
+  constructor(hello: Hello, layer: Layer, listener: PanelListener) {
+    this.hello = hello;
+    this.layer = layer;
     this.listener = listener;
+    const [rowPitch, columnPitch] = hello.pitch_m ?? [1, 1];
+    const across = hello.columns * columnPitch;
+    const { kind, radius_m: radius } = hello.mount;
+    this.turn = kind === "cylinder" && radius !== undefined ? { arc: across / radius, angle: 0 } : null;
+    this.aspect = (hello.rows * rowPitch) / (this.turn === null ? across : 2 * (radius as number));
     this.canvas = create("canvas", {
-      "data-testid": options.testId,
+      "data-testid": "skin",
       tabindex: "0",
       role: "application",
       "aria-roledescription": "sensor image",
-      "aria-label": `${label} in ${unit}. Arrow keys inspect a taxel, Escape leaves it.`,
     });
     this.frame = create("div", { class: "frame" }, this.canvas);
-    this.head = create("div", { class: "panel-head" }, create("h2", {}, ...options.title));
-    this.head.append(create("span", { class: "note" }, options.note));
-    this.bar = create("div", { class: "bar", "aria-hidden": "true" });
-    this.tick = create("span", { class: "tick", hidden: "" });
+    this.frame.style.setProperty("--aspect", String(1 / this.aspect));
     this.bar.append(this.tick);
-    this.low = this.limitInput(`Lower limit of ${label}, ${unit}`, "low");
-    this.high = this.limitInput(`Upper limit of ${label}, ${unit}`, "high");
-    this.followButton = create("button", { type: "button", class: "follow" });
-    this.followButton.addEventListener("click", () => {
-      if (this.scale.fixed) this.scale.release();
-      else this.scale.fix(this.scale.low, this.scale.high);
-      this.listener.changed();
-    });
-    const unitLabel = create("span", { class: "unit" }, unit);
-    const scaleRow = create(
-      "div",
-      { class: "scale" },
-      this.low,
-      this.bar,
-      this.high,
-      unitLabel,
-      this.followButton,
-    );
-    this.root = create("section", { class: "panel", "aria-label": label }, this.head, this.frame, scaleRow);
-    this.root.style.setProperty("--aspect", String(1 / options.aspect));
+    this.follow = create("button", { type: "button", class: "small follow", "data-testid": "follow", "aria-keyshortcuts": "L" });
+    this.follow.addEventListener("click", () => this.toggleScale());
+    this.scaleRow = create("div", { class: "scale" }, this.low, this.bar, this.high, this.unit, this.follow);
     new ResizeObserver(() => this.fit()).observe(this.frame);
     this.listen();
+    this.use(layer);
   }
 
-  /** Marks a value on the colour bar, with its meaning as a tooltip. */
-  markOnBar(value: number | null, meaning: string): void {
-    const place = value === null ? Number.NaN : (value - this.scale.low) / (this.scale.high - this.scale.low);
-    const left = place > 0 && place < 1 ? `${100 * place}%` : "";
-    if (left === this.tickAt) return;
-    this.tickAt = left;
-    this.tick.hidden = left === "";
-    this.tick.style.left = left;
-    this.tick.title = meaning;
+  /** Whether it shows a cylinder. */
+  get turns(): boolean {
+    return this.turn !== null;
   }
 
-  /** Lets the scale follow the picture; `now` in ms. Before any drawing, since images may share a scale. */
-  follow(picture: Picture, now: number): void {
-    const { low, high, largest } = extremes(picture);
-    this.scale.follow(low, high, now / 1000);
-    setData(this.canvas, "max", Number.isFinite(largest) ? largest.toPrecision(6) : "");
+  /** Turns a cylinder, to the right. */
+  turnBy(angle: number): void {
+    if (this.turn === null) return;
+    this.turn.angle += angle;
+    setData(this.canvas, "turn", this.turn.angle.toFixed(3));
+    this.listener.changed();
   }
 
-  /** Draws the picture; `over` draws what lies over the cells. */
-  draw(
-    picture: Picture,
-    map: ColourMap,
-    selected: Cell | null,
-    over?: (context: CanvasRenderingContext2D, layout: Layout) => void,
-  ): void {
+  use(layer: Layer): void {
+    this.layer = layer;
+    this.drawnMap = null;
+    setData(this.canvas, "layer", layer.id);
+    const turning = this.turns ? " Comma and full stop turn the cylinder." : "";
+    this.canvas.setAttribute("aria-label", `${layer.label}. Arrow keys inspect a taxel, Escape leaves it.${turning}`);
+    this.scaleRow.style.visibility = layer.quantity === null ? "hidden" : "visible";
+  }
+
+  toggleScale(): void {
+    const { scale } = this.layer;
+    if (scale.fixed) scale.release();
+    else scale.fix(scale.low, scale.high);
+    this.listener.changed();
+  }
+
+  draw({ frame, selected, theme, now }: Scene): void {
     const context = this.canvas.getContext("2d");
     if (context === null) return;
+    const { layer, hello } = this;
+    const { picture, scale } = layer;
+    layer.fill(frame);
+    const { low, high, largest } = extremes(picture);
+    if (layer.quantity !== null) scale.follow(low, high, now / 1000);
+    setData(this.canvas, "max", Number.isFinite(largest) ? largest.toPrecision(6) : "");
     // A canvas of another size is empty: it takes its size when there is something to draw, not before.
-    const { width, height, scale } = this.size;
+    const { width, height, scale: dots } = this.size;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
-    const layout = new Layout(width, height, scale, picture.rows, picture.columns);
-    const colours = markColours(this.options.grayscale === true);
-    drawCells(context, layout, picture, { map, low: this.scale.low, high: this.scale.high, colours });
-    over?.(context, layout);
-    if (selected !== null) drawSelected(context, layout, picture, selected.row, selected.column);
-    this.drawScale(map);
-  }
-
-  private drawScale(map: ColourMap): void {
-    if (map !== this.shownMap) {
-      this.bar.style.backgroundImage = gradientOf(map);
-      this.shownMap = map;
+    const layout = new Layout(width, height, dots, picture.rows, picture.columns, this.turn);
+    const map = layer.map(theme);
+    const area = hello.wiring.kind === "shared" && layer.over;
+    const pitch = hello.pitch_m ?? ([1, 1] as const);
+    if (area) drawArea(context, layout, hello, frame.header.zeroKnown ? frame.contacts : [], { map, high: scale.high });
+    else drawCells(context, layout, picture, { map, low: scale.low, high: scale.high, colours: markColours(layer.grayscale) });
+    if (layer.over && frame.header.zeroKnown) {
+      const taxels = new Layout(width, height, dots, hello.rows, hello.columns, this.turn);
+      if (hello.components === 3) drawShear(context, taxels, hello.rows, hello.columns, frame.value, frame.deviation, scale.high);
+      drawContacts(context, taxels, hello.rows, hello.columns, pitch, frame.contacts, frame.header);
     }
-    const { low, high, fixed } = this.scale;
-    this.showLimit(this.low, low);
-    this.showLimit(this.high, high);
-    setData(this.canvas, "low", String(low));
-    setData(this.canvas, "high", String(high));
-    if (this.followButton.getAttribute("aria-pressed") === String(fixed)) return;
-    this.followButton.setAttribute("aria-pressed", String(fixed));
-    this.followButton.textContent = fixed ? "fixed" : "auto";
-    this.followButton.title = fixed
-      ? "This scale is fixed: press to follow the values"
-      : "This scale follows: press to fix it";
-    this.followButton.setAttribute(
-      "aria-label",
-      `Scale of ${this.options.label}: ${this.followButton.title}`,
-    );
+    if (selected !== null && !area) drawSelected(context, layout, picture, selected.row, selected.column);
+    this.showScale(map);
   }
 
-  /** Not while somebody types there. */
-  private showLimit(input: HTMLInputElement, value: number): void {
-    const text = limit(value);
-    if (input.value !== text && document.activeElement !== input) input.value = text;
+  private showScale(map: ColourMap): void {
+    const { layer } = this;
+    const { scale, quantity } = layer;
+    setData(this.canvas, "low", String(scale.low));
+    setData(this.canvas, "high", String(scale.high));
+    if (quantity === null) return;
+    if (map !== this.drawnMap) {
+      this.drawnMap = map;
+      this.bar.style.backgroundImage = gradientOf(map);
+    }
+    this.shown = quantity.at(Math.max(Math.abs(scale.low), Math.abs(scale.high)));
+    setText(this.unit, this.shown.symbol);
+    for (const [input, value] of [[this.low, scale.low], [this.high, scale.high]] as const) {
+      const text = limit(value / this.shown.per);
+      if (input.value !== text && document.activeElement !== input) input.value = text;
+    }
+    setText(this.follow, scale.fixed ? "fixed" : "auto");
+    this.follow.setAttribute("aria-pressed", String(scale.fixed));
+    this.follow.title = scale.fixed ? "The scale stays; let it follow the values again (L)" : "The scale follows the values; keep it as it is (L)";
+    const { verified } = this.hello;
+    const place = verified === null || !layer.over ? Number.NaN : (verified - scale.low) / (scale.high - scale.low);
+    this.tick.hidden = !(place > 0 && place < 1);
+    if (!this.tick.hidden) this.tick.style.left = `${100 * place}%`;
+    this.tick.title = "The model is trusted up to here";
   }
 
-  private limitInput(label: string, end: "low" | "high"): HTMLInputElement {
+  private limitInput(end: "low" | "high"): HTMLInputElement {
+    const name = end === "low" ? "Lower limit of the colours" : "Upper limit of the colours";
     const input = create("input", {
       type: "text",
       inputmode: "decimal",
       class: `limit ${end}`,
-      "aria-label": label,
-      title: `${label}: type a number to fix it`,
+      "aria-label": name,
+      title: `${name}: type a number to fix it`,
       autocomplete: "off",
-      "data-testid": `${this.options.testId}-${end}`,
+      "data-testid": `limit-${end}`,
     });
-    const take = (): void => {
-      const value = parseLimit(input.value);
-      const shown = end === "low" ? this.scale.low : this.scale.high;
-      if (limit(value) !== limit(shown)) this.fixAt(end, value);
+    input.addEventListener("change", () => {
+      const { scale } = this.layer;
+      const value = parseLimit(input.value) * this.shown.per;
+      const before = end === "low" ? scale.low : scale.high;
+      if (limit(value) === limit(before)) return;
+      if (scale.kind === "symmetric") scale.fix(-Math.abs(value), Math.abs(value));
+      else if (end === "low") scale.fix(value, scale.high);
+      else scale.fix(scale.low, value);
       this.listener.changed();
-    };
-    input.addEventListener("change", take);
+    });
     input.addEventListener("keydown", (event) => {
-      if (event.key === "Enter" || event.key === "Escape") {
-        if (event.key === "Escape") input.value = "";
-        input.blur();
-      }
+      if (event.key !== "Enter" && event.key !== "Escape") return;
+      if (event.key === "Escape") input.value = "";
+      input.blur();
     });
     return input;
   }
 
-  private fixAt(end: "low" | "high", value: number): void {
-    const { scale } = this;
-    if (scale.kind === "symmetric") scale.fix(-Math.abs(value), Math.abs(value));
-    else if (end === "low") scale.fix(value, scale.high);
-    else scale.fix(scale.low, value);
-  }
-
   /** The largest image of the right shape that fits into the frame. */
   private fit(): void {
-    const width = Math.floor(Math.min(this.frame.clientWidth, this.frame.clientHeight / this.options.aspect));
-    const height = Math.floor(width * this.options.aspect);
+    const width = Math.floor(Math.min(this.frame.clientWidth, this.frame.clientHeight / this.aspect));
+    const height = Math.floor(width * this.aspect);
     if (width < 8 || height < 8) return;
     this.canvas.style.width = `${width}px`;
     this.canvas.style.height = `${height}px`;
@@ -216,22 +219,32 @@ export class Panel {
 
   private cellAt(event: PointerEvent): Cell | null {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    const row = Math.floor(((event.clientY - top) / height) * this.options.rows);
-    const column = Math.floor(((event.clientX - left) / width) * this.options.columns);
-    const inside = row >= 0 && row < this.options.rows && column >= 0 && column < this.options.columns;
-    return inside ? { row, column } : null;
+    const { rows, columns } = this.hello;
+    const share = new Layout(width, height, 1, rows, columns, this.turn).shareAt((event.clientX - left) / width);
+    const [row, column] = [Math.floor(((event.clientY - top) / height) * rows), Math.floor(share * columns)];
+    return row >= 0 && row < rows && column >= 0 && column < columns ? { row, column } : null;
   }
 
   private listen(): void {
     const { canvas, listener } = this;
+    let held: { x: number; turned: boolean } | null = null;
     canvas.addEventListener("pointermove", (event) => {
-      if (event.pointerType !== "touch") listener.hover(this.cellAt(event));
+      if (held !== null && this.turns && (held.turned || Math.abs(event.clientX - held.x) > DRAG)) {
+        held.turned = true;
+        this.turnBy((2 * event.movementX) / canvas.clientWidth);
+      } else if (event.pointerType !== "touch") listener.hover(this.cellAt(event));
     });
     canvas.addEventListener("pointerleave", () => listener.hover(null));
     canvas.addEventListener("pointerdown", (event) => {
-      const cell = this.cellAt(event);
+      held = { x: event.clientX, turned: false };
+      if (this.turns) canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      const cell = held?.turned === true ? null : this.cellAt(event);
+      held = null;
       if (cell !== null) listener.pick(cell);
     });
+    canvas.addEventListener("pointercancel", () => (held = null));
     const moves: Record<string, [number, number]> = {
       ArrowUp: [-1, 0],
       ArrowDown: [1, 0],
@@ -246,8 +259,47 @@ export class Panel {
       const move = moves[event.key];
       if (move !== undefined) listener.move(...move);
       else if (event.key === "Escape") listener.leave();
+      else if (event.key === "," && this.turns) this.turnBy(-TURN_STEP);
+      else if (event.key === "." && this.turns) this.turnBy(TURN_STEP);
       else return;
       event.preventDefault();
     });
+  }
+}
+
+/** A small picture of another layer, which chooses it. */
+export class Thumb {
+  readonly button: HTMLButtonElement;
+  readonly layer: Layer;
+  // Without a frame it takes no room.
+  private readonly canvas = create("canvas", { "aria-hidden": "true", width: "1", height: "1" });
+  private readonly aspect: number;
+
+  constructor(layer: Layer, aspect: number, choose: () => void) {
+    this.layer = layer;
+    this.aspect = aspect;
+    this.button = create("button", { type: "button", class: "thumb", "data-testid": `thumb-${layer.id}`, title: `Show ${layer.label}` });
+    this.button.append(this.canvas, create("span", {}, layer.label));
+    this.button.addEventListener("click", choose);
+  }
+
+  draw({ frame, theme, now }: Scene): void {
+    const { clientWidth, clientHeight } = this.button;
+    const width = Math.min(clientWidth - PADDING, (clientHeight - PADDING - LABEL) / this.aspect);
+    const context = this.canvas.getContext("2d");
+    if (context === null || width < 8) return;
+    const { picture, scale, quantity } = this.layer;
+    this.layer.fill(frame);
+    const { low, high } = extremes(picture);
+    if (quantity !== null) scale.follow(low, high, now / 1000);
+    const size = { width: Math.round(width * devicePixelRatio), height: Math.round(width * this.aspect * devicePixelRatio) };
+    if (this.canvas.width !== size.width || this.canvas.height !== size.height) {
+      Object.assign(this.canvas, size);
+      Object.assign(this.canvas.style, { width: `${width}px`, height: `${Math.round(width * this.aspect)}px` });
+    }
+    const layout = new Layout(size.width, size.height, devicePixelRatio, picture.rows, picture.columns);
+    const colours = markColours(this.layer.grayscale);
+    context.fillStyle = cssValue("--panel");
+    drawCells(context, layout, picture, { map: this.layer.map(theme), low: scale.low, high: scale.high, colours });
   }
 }

@@ -15,9 +15,19 @@ export interface Past {
   times: number[];
   /** Wall clock at the first frame of each row, s since 1970. */
   clock: number[];
-  /** Of each signal, by name: smallest and largest of each row, null where it has no value. */
-  signals: Map<string, { min: (number | null)[]; max: (number | null)[] }>;
+  /** Of each signal, by name. */
+  signals: Map<string, Rows>;
   tares: { time: number; kind: string }[];
+}
+
+/** The rows of a signal: their first, smallest, largest and last value, null where there is none. */
+export interface Rows {
+  first: (number | null)[];
+  min: (number | null)[];
+  max: (number | null)[];
+  last: (number | null)[];
+  /** Whether the smallest came before the largest. */
+  rises: boolean[];
 }
 
 /** Reads an answer of the server. */
@@ -30,7 +40,7 @@ export function parsePast(answer: unknown): Past {
     newest_ns: number | null;
     time_ns: number[];
     unix_s: number[];
-    signals: { name: string; min: (number | null)[]; max: (number | null)[] }[];
+    signals: ({ name: string } & Rows)[];
     tares: { time_ns: number; kind: string }[];
   };
   const seconds = (time: number | null): number => (time === null ? Number.NaN : time / 1e9);
@@ -42,10 +52,13 @@ export function parsePast(answer: unknown): Past {
     newest: seconds(newest_ns),
     times: time_ns.map(seconds),
     clock: unix_s,
-    signals: new Map(signals.map(({ name, min, max }) => [name, { min, max }])),
+    signals: new Map(signals.map(({ name, ...rows }) => [name, rows])),
     tares: tares.map(({ time_ns: time, kind }) => ({ time: seconds(time), kind })),
   };
 }
+
+const RISING = ["first", "min", "max", "last"] as const;
+const FALLING = ["first", "max", "min", "last"] as const;
 
 /** Wall clock at a device time, s since 1970: between two rows in proportion, outside at the pace of the device. */
 export function clockAt({ times, clock }: Pick<Past, "times" | "clock">, time: number): number {
@@ -65,8 +78,8 @@ export function clockAt({ times, clock }: Pick<Past, "times" | "clock">, time: n
 }
 
 /**
- * Columns for a chart, their times relative to `origin`: two points for each row before `until`, its smallest and
- * largest value, as `shown` makes them of SI. A line is broken where nothing came for `gap` s.
+ * Columns for a chart, their times relative to `origin`: four points for each row before `until`, its first, smallest,
+ * largest and last value in their order, as `shown` makes them of SI. A line is broken where nothing came for `gap` s.
  */
 export function pastColumns(
   past: Past,
@@ -86,13 +99,11 @@ export function pastColumns(
       for (const column of columns.slice(1)) column.push(null);
     }
     previous = time;
-    columns[0]?.push(time - origin, time + past.width / 2 - origin);
+    columns[0]?.push(...[0, 1, 2, 3].map((quarter) => time + (quarter * past.width) / 4 - origin));
     parts.forEach((part, series) => {
-      const value = (of: "min" | "max"): number | null => {
-        const found = part?.[of][row] ?? null;
-        return found === null ? null : shown(found, series);
-      };
-      columns[series + 1]?.push(value("min"), value("max"));
+      const order = part?.rises[row] === false ? FALLING : RISING;
+      const values = order.map((of) => part?.[of][row] ?? null);
+      columns[series + 1]?.push(...values.map((value) => (value === null ? null : shown(value, series))));
     });
   });
   return columns as Columns;

@@ -69,6 +69,50 @@ export interface Status {
   below_zero: BelowZero | null;
   /** Null for a source without a link. */
   link: Link | null;
+  /** The recording that is being written; null for none. */
+  recording: RecordingNow | null;
+  /** Folder of recordings that a page begins; null where it may not. */
+  records_to: string | null;
+  /** Null for a source that is not played from a file, or whose place cannot be chosen. */
+  replay: Replay | null;
+  /** Of a service with several; none of one. */
+  sensors: SensorNow[];
+}
+
+/** One of several sensors of a service. */
+export interface SensorNow {
+  name: string;
+  /** Where its page is. */
+  path: string;
+  /** Whether it is the one of this page. */
+  here: boolean;
+  state: "live" | "stale" | "ended";
+}
+
+/** A recording that is being written. */
+export interface RecordingNow {
+  name: string;
+  length_s: number;
+  bytes: number;
+  /** Free on its disk; null where the system does not say. */
+  free_bytes: number | null;
+  /** Messages that the disk did not take in time. */
+  lost: number;
+  /** Why it has ended, if it has failed. */
+  failure: string | null;
+}
+
+/** Where a replay is. */
+export interface Replay {
+  /** Device times of the first and last frame, and of the newest; null before one. */
+  from_ns: number;
+  to_ns: number;
+  at_ns: number | null;
+  paused: boolean;
+  /** Device seconds per second; null for as fast as possible. */
+  speed: number | null;
+  loop: boolean;
+  ended: boolean;
 }
 
 /** The link to a board. */
@@ -198,7 +242,14 @@ export type Command =
   | { command: "tare"; force?: true }
   | { command: "clear_tare" }
   | { command: "undo_tare"; to: number }
-  | { command: "mark"; text: string };
+  | { command: "mark"; text: string }
+  | { command: "start_recording"; name: string }
+  | { command: "stop_recording" }
+  | { command: "pause"; on: boolean }
+  | { command: "step" }
+  | { command: "seek"; time_ns: number }
+  | { command: "speed"; speed: number }
+  | { command: "loop"; on: boolean };
 
 /** One region of touch. */
 export interface Contact {

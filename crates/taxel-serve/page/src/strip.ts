@@ -5,6 +5,7 @@ import { create, cssValue } from "./dom";
 import { decimalsFor } from "./format";
 import type { Columns } from "./history";
 import { Scale } from "./scale";
+import type { Quantity, Shown } from "./units";
 
 export interface StripSeries {
   label: string;
@@ -47,9 +48,6 @@ export interface Axis {
 /** Round steps of time, s. */
 const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10_800];
 
-/** px */
-const KEYS_HEIGHT = 22;
-
 const KEYS = "Arrow keys move in time, with shift the cursor; plus and minus zoom; Home is the beginning, End is now.";
 
 export class Strip {
@@ -59,12 +57,13 @@ export class Strip {
   /** Told where the cursor is, as a time of the axis; null without one. */
   cursorMoved: (at: number | null) => void = () => undefined;
   private readonly plot: uPlot;
-  private readonly keys: boolean;
   private readonly scale: Scale;
+  private readonly quantity: Quantity;
+  private readonly resized: ResizeObserver;
   private axis: Axis = { span: 10, tares: [], label: () => "", clock: 0 };
 
-  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number) {
-    this.keys = keys.length > 0;
+  constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number, quantity: Quantity) {
+    this.quantity = quantity;
     this.scale = new Scale("range", floor);
     this.frame = create("div", {
       class: "frame",
@@ -75,13 +74,14 @@ export class Strip {
       "data-testid": "strip-chart",
     });
     this.root = create("section", { class: "panel strip", "data-testid": "strip", "aria-label": label }, heading, this.frame);
-    if (this.keys) this.frame.append(create("div", { class: "keys" }, ...keys));
+    if (keys.length > 0) heading.after(create("div", { class: "keys" }, ...keys));
     this.plot = new uPlot(this.settings(series), [[]], this.frame);
     this.plot.root.setAttribute("aria-hidden", "true");
-    new ResizeObserver(() => {
+    this.resized = new ResizeObserver(() => {
       const [width, height] = [this.frame.clientWidth, this.frame.clientHeight];
       if (width > 0 && height > 0) this.plot.setSize({ width, height });
-    }).observe(this.frame);
+    });
+    this.resized.observe(this.frame);
   }
 
   /** The field of the lines, for the pointer. */
@@ -89,20 +89,28 @@ export class Strip {
     return this.plot.over;
   }
 
-  /** Smallest width of the scale that is taken by itself. */
+  /** Smallest width of the scale that is taken by itself, SI. */
   set floor(width: number) {
     this.scale.floor = width;
   }
 
-  /** As many decimals as show a value of this chart in four digits. */
-  get decimals(): number {
-    return decimalsFor(Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
+  private get size(): number {
+    return Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high));
   }
 
-  /** Forgets the values so far, such as those in another unit. */
-  restart(floor: number): void {
-    this.scale.release();
-    this.scale.floor = floor;
+  /** The unit in which values are shown. */
+  get unit(): Shown {
+    return this.quantity.at(this.size);
+  }
+
+  /** As many decimals as show a value of this chart in four digits. */
+  get decimals(): number {
+    return decimalsFor(this.size / this.unit.per);
+  }
+
+  destroy(): void {
+    this.resized.disconnect();
+    this.plot.destroy();
   }
 
   /** Draws these columns over this axis; `now` in ms. */
@@ -145,8 +153,7 @@ export class Strip {
     return {
       width: 300,
       height: 120,
-      // Above the lines there is room for their keys.
-      padding: [this.keys ? KEYS_HEIGHT : 8, 26, 0, 0],
+      padding: [8, 26, 0, 0],
       legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
       hooks: {
@@ -171,7 +178,7 @@ export class Strip {
           size: 52,
           space: (_plot, _axis, _low, _high, size) => Math.max(26, size / 7),
           values: (_, splits) =>
-            splits.map((value) => String(Number(value.toPrecision(6))).replace("-", "\u2212")),
+            splits.map((value) => String(Number((value / this.unit.per).toPrecision(6))).replace("-", "\u2212")),
         },
       ],
       series: [

@@ -1,8 +1,9 @@
 // The history of the rest values, the newest first, with the way back to each of them.
 
 import { create } from "./dom";
-import { decimalsFor, fixed, seconds } from "./format";
-import type { BaselineChanges, Hello, TareEntry, Unit } from "./protocol";
+import { seconds } from "./format";
+import type { BaselineChanges, Hello, TareEntry } from "./protocol";
+import { Quantity } from "./units";
 
 /** What one can ask for. */
 export interface TareActions {
@@ -10,6 +11,8 @@ export interface TareActions {
   goBack(to: number): void;
   /** Tare although something presses. */
   force(): void;
+  /** Return to the rest values of the calibration. */
+  clear(): void;
 }
 
 export class TareList {
@@ -17,15 +20,18 @@ export class TareList {
   private readonly list = create("ol", { class: "tares" });
   private readonly own = create("div", { class: "baseline", "data-testid": "baseline" });
   private readonly actions: TareActions;
-  private unit: Unit = { quantity: "", symbol: "", si_per_unit: 1 };
+  private quantity = Quantity.of("");
 
   constructor(actions: TareActions) {
     this.actions = actions;
-    this.root = create("div", { class: "scroll", tabindex: "0", "data-testid": "tares" }, this.list, this.own);
+    const clear = create("button", { type: "button", class: "small", "data-testid": "clear-tare", title: "Return to the rest values of the calibration" }, "Clear tare");
+    clear.addEventListener("click", () => actions.clear());
+    const list = create("div", { class: "scroll", tabindex: "0", "data-testid": "tares" }, this.list, this.own);
+    this.root = create("div", { class: "table-page" }, create("div", { class: "table-bar" }, clear), list);
   }
 
   greet(hello: Hello): void {
-    this.unit = hello.reading;
+    this.quantity = new Quantity(hello.reading);
     this.list.replaceChildren();
     this.own.replaceChildren();
   }
@@ -91,8 +97,6 @@ export class TareList {
   }
 
   private change(change: number): string {
-    const shown = change / this.unit.si_per_unit;
-    const sign = shown > 0 ? "+" : "";
-    return `${sign}${fixed(shown, Math.max(2, decimalsFor(Math.abs(shown), 3)))} ${this.unit.symbol}`;
+    return `${change > 0 ? "+" : ""}${this.quantity.text(change)}`;
   }
 }

@@ -1,16 +1,16 @@
 // Light or dark: the system's choice unless the person chose.
 
 import { forgetCssValues } from "./dom";
+import { recall, remember } from "./store";
 
 export type ThemeChoice = "auto" | "light" | "dark";
 export type Theme = "light" | "dark";
 
-const KEY = "taxel-theme";
 const NEXT: Record<ThemeChoice, ThemeChoice> = { auto: "light", light: "dark", dark: "auto" };
 
 export class ThemeSwitch {
   theme: Theme = "light";
-  private choice: ThemeChoice = stored();
+  private choice: ThemeChoice = chosen(recall("theme"));
   private readonly system = matchMedia("(prefers-color-scheme: dark)");
   /** Colours of the system's own: then light and dark are too, or lines of one would lie on the ground of the other. */
   private readonly forced = matchMedia("(forced-colors: active)");
@@ -25,7 +25,7 @@ export class ThemeSwitch {
     this.forced.addEventListener("change", () => this.apply());
     button.addEventListener("click", () => {
       this.choice = NEXT[this.choice];
-      store(this.choice);
+      remember("theme", this.choice);
       this.apply();
     });
   }
@@ -40,20 +40,6 @@ export class ThemeSwitch {
   }
 }
 
-/** Storage may be forbidden; then the choice lasts as long as the page. */
-function stored(): ThemeChoice {
-  try {
-    const choice = localStorage.getItem(KEY);
-    return choice === "light" || choice === "dark" ? choice : "auto";
-  } catch {
-    return "auto";
-  }
-}
-
-function store(choice: ThemeChoice): void {
-  try {
-    localStorage.setItem(KEY, choice);
-  } catch {
-    // The choice is kept in memory.
-  }
+function chosen(kept: string | null): ThemeChoice {
+  return kept === "light" || kept === "dark" ? kept : "auto";
 }

@@ -2,11 +2,12 @@
 
 import { create, setText } from "./dom";
 import { clockTime, fixed } from "./format";
-import type { Columns, History } from "./history";
+import type { Columns, Recent } from "./history";
 import type { Past } from "./past";
 import { clockAt, joined, pastColumns, PastSource, View } from "./past";
 import type { StripSeries } from "./strip";
 import { Strip } from "./strip";
+import type { Quantity } from "./units";
 
 /** A line: how it looks, and the signal of the history that it shows. */
 export interface TimelineSeries extends StripSeries {
@@ -14,20 +15,22 @@ export interface TimelineSeries extends StripSeries {
 }
 
 export interface TimelineOptions {
-  title: string;
-  /** The same in full, where there is room for it: for screen readers. */
+  /** What is charted. */
   label: string;
+  quantity: Quantity;
+  /** Shown at the left of the tools. */
+  choice: readonly HTMLElement[];
   /** Keys of the lines, where no table has them. */
   keys: readonly HTMLElement[];
   series: readonly TimelineSeries[];
   /** Signals to ask the server for; those of the lines and what is exported beside them. */
   signals: string;
-  /** A value of a line in the shown unit, of one in SI. */
+  /** A value of a line, of one of its signal; both SI. */
   shown: (value: number, series: number) => number;
-  /** Smallest width of the scale that is taken by itself. */
+  /** Smallest width of the scale that is taken by itself, SI. */
   floor: number;
-  /** The last seconds, in shown units. */
-  recent: History;
+  /** The last seconds, SI. */
+  recent: Recent;
 }
 
 /** While it follows, the server is asked again after this time, ms: the last seconds are known anyway. */
@@ -44,19 +47,19 @@ const STEP = 0.01;
 export class Timeline {
   readonly strip: Strip;
   private readonly options: TimelineOptions;
-  private readonly view = new View();
+  private readonly view: View;
   private readonly source: PastSource;
   private readonly note = create("span", { class: "note", "data-testid": "strip-note" });
   private readonly liveButton: HTMLButtonElement;
   private readonly cursor = create("p", { class: "strip-cursor", "data-testid": "strip-cursor", hidden: "" });
-  private unit = "";
-  private more = "";
   private columns: Columns = [[]];
   private newest = Number.NaN;
   private gap = 0;
 
-  constructor(options: TimelineOptions) {
+  /** `view` is what is seen, which outlasts a chart of other lines. */
+  constructor(options: TimelineOptions, view: View) {
     this.options = options;
+    this.view = view;
     this.source = new PastSource(location, options.signals);
     this.liveButton = this.button("live", "Live", "Follow what is measured now (End)", () => this.view.follow());
     const tools = create(
@@ -67,17 +70,11 @@ export class Timeline {
       this.liveButton,
       this.button("export", "CSV", "Export what is seen as CSV", () => this.save()),
     );
-    const heading = create("div", { class: "panel-head" }, create("h2", {}, options.title), this.note, tools);
-    this.strip = new Strip(heading, `${options.label} over time`, options.series, options.keys, options.floor);
+    const heading = create("div", { class: "panel-head" }, ...options.choice, this.note, tools);
+    this.strip = new Strip(heading, `${options.label} over time`, options.series, options.keys, options.floor, options.quantity);
     this.strip.cursorMoved = (x) => this.showCursor(x);
     this.strip.frame.append(this.cursor);
     this.listen();
-  }
-
-  /** Takes the unit of the values, and what else is to be said beside the title. */
-  setUnit(unit: string, more = ""): void {
-    [this.unit, this.more] = [unit, more];
-    this.strip.restart(this.options.floor);
   }
 
   /** Draws what is seen; `now` in ms, a line is broken where nothing came for `gap` s. */
@@ -92,6 +89,11 @@ export class Timeline {
 
   recolour(): void {
     this.strip.recolour();
+  }
+
+  /** It is shown no more. */
+  destroy(): void {
+    this.strip.destroy();
   }
 
   private render(now = performance.now()): void {
@@ -109,7 +111,7 @@ export class Timeline {
       clock: view.live && view.span <= RELATIVE ? 0 : this.clockAt(range[1]),
     });
     this.liveButton.setAttribute("aria-pressed", String(view.live));
-    setText(this.note, `${this.unit}${this.unit === "" ? "" : ", "}${this.rangeInWords(range)}${this.more}`);
+    setText(this.note, [this.strip.unit.symbol, this.rangeInWords(range)].filter((part) => part !== "").join(", "));
     this.strip.root.dataset["from"] = range[0].toFixed(3);
     this.strip.root.dataset["to"] = range[1].toFixed(3);
     this.strip.root.dataset["points"] = String(this.columns[0].length);
@@ -161,18 +163,23 @@ export class Timeline {
     const place = this.columns[0][at] as number;
     const end = this.view.range(this.newest)[1];
     const values = series.map(({ label }, line) => `${label} ${this.valueInWords(at, line + 1)}`);
+    const unit = this.strip.unit.symbol;
     const clock = this.clockAt(end + place);
     const time = `${clockTime(clock, true)}.${Math.floor(10 * (clock % 1))} (${fixed(end + place, 1)} s)`;
-    setText(this.cursor, `${time}   ${values.join("   ")}${this.unit === "" ? "" : ` ${this.unit}`}`);
+    setText(this.cursor, `${time}   ${values.join("   ")}${unit === "" ? "" : ` ${unit}`}`);
   }
 
-  /** A value, or the smallest and largest of the time of one point. */
+  /** A value, or the smallest and largest about the time of one point. */
   private valueInWords(at: number, column: number): string {
     const values = this.columns[column] as (number | null)[];
-    // A row has two points, one after the other.
-    const pair = [values[at] ?? null, values[at + 1] ?? null].filter((value) => value !== null);
+    const [times] = this.columns;
+    // A row of the history has four points, a bin of the last seconds two.
+    const half = (this.source.past?.width ?? 0) / 2;
+    const about = (_: unknown, index: number): boolean => Math.abs((times[at - 4 + index] ?? Number.NaN) - (times[at] as number)) <= half;
+    const near = Array.from({ length: 9 }, (_, index) => values[at - 4 + index] ?? null).filter(about);
+    const pair = [...near, values[at] ?? null].filter((value) => value !== null);
     if (pair.length === 0) return "no value";
-    const shown = (value: number): string => fixed(value, this.strip.decimals);
+    const shown = (value: number): string => fixed(value / this.strip.unit.per, this.strip.decimals);
     const [low, high] = [shown(Math.min(...pair)), shown(Math.max(...pair))];
     return low === high ? low : `${low} … ${high}`;
   }

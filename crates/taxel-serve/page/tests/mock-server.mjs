@@ -1,7 +1,7 @@
 // A small server with synthetic frames, for working on the page and its tests without the real server.
 //
 //   node tests/mock-server.mjs [--port 0] [--kind 1|2|3] [--grayscale] [--rate 100] [--scene finger|quiet|all-states]
-//                              [--outage 3:6] [--end 5] [--drop-after 4]
+//                              [--outage 3:6] [--end 5] [--drop-after 4] [--certainty 0|1|2|none]
 //
 // The first line on stdout names the URL with its token, like that of `taxel live`.
 
@@ -25,6 +25,7 @@ const { values: options } = parseArgs({
     outage: { type: "string", default: "" },
     end: { type: "string", default: "" },
     "drop-after": { type: "string", default: "" },
+    certainty: { type: "string", default: "0" },
   },
 });
 
@@ -271,7 +272,10 @@ function frameAt(time, sequence) {
     centreCovariance: pressing && kind === 1 ? [4e-9, 0, 4e-9] : nothing,
     contacts,
     sum: force[2],
-    flags: (tare.state === "done" ? 1 : 0) + (tare.state === "running" ? 2 : 0),
+    // Of the total, because of a saturated taxel; or no zero yet.
+    totalCertainty: Number(options.certainty) || 0,
+    totalReason: Number(options.certainty) > 0 ? STATES.indexOf("saturated") : 255,
+    flags: (tare.state === "done" ? 1 : 0) + (tare.state === "running" ? 2 : 0) + (options.certainty === "none" ? 32 : 0),
     ...body,
   });
 }
@@ -529,6 +533,10 @@ setInterval(() => {
       message: tare.message,
       below_zero: null,
       link: null,
+      recording: null,
+      records_to: null,
+      replay: null,
+      sensors: [],
     }),
   );
 }, 100);

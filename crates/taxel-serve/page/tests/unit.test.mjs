@@ -27,11 +27,12 @@ const { eventInWords } = await load("events");
 const { Scale, roundUp } = await load("scale");
 const { History, LastSecond } = await load("history");
 const { clockAt, joined, parsePast, pastColumns, View } = await load("past");
-const { belowZeroInWords, clockTime, decimalsFor, eventValue, fixed, newtons, parseLimit, stateInWords, tareInWords, withDeviation } =
-  await load("format");
+const { belowZeroInWords, clockTime, decimalsFor, fixed, parseLimit, stateInWords, tareInWords } = await load("format");
+const { certain, Quantity } = await load("units");
+const { Layout } = await load("image");
+const { bytesInWords, lengthInWords } = await load("recorder");
 const { colourOf, DIVERGING, GREY, HEAT, SEQUENTIAL } = await load("colour");
 const { marksOfStates } = await load("marks");
-const { RestValues } = await load("rest");
 
 const UNIT = { quantity: "pressure", symbol: "kPa", si_per_unit: 1e3 };
 const HELLO = {
@@ -198,24 +199,50 @@ test("below zero has a mark, words with the moment of the zero, and a way back",
   assert.equal(tareInWords("waiting"), "tare: not taken yet");
 });
 
-test("changes are in per cent, without a rest value to relate to in the unit", async () => {
-  const { changeOf } = await load("channels");
-  const meaning = { reading: { si_per_unit: 0.5 }, signed: false };
-  assert.deepEqual(changeOf(meaning, 5, 4), { value: 25, perCent: true });
-  assert.deepEqual(changeOf(meaning, 2, -4), { value: 150, perCent: true });
-  assert.deepEqual(changeOf(meaning, 3, 0), { value: 6, perCent: false });
-  assert.deepEqual(changeOf(meaning, 3, Number.NaN), { value: 6, perCent: false });
-  assert.ok(Number.isNaN(changeOf(meaning, Number.NaN, 4).value));
-  // About zero, where the rest value is an offset.
-  assert.deepEqual(changeOf({ ...meaning, signed: true }, 3, 0.5), { value: 5, perCent: false });
+test("a unit has the prefix that fits its size, and what is counted has none", () => {
+  const force = new Quantity({ symbol: "mN", si_per_unit: 1e-3 });
+  assert.equal(force.base, "N");
+  assert.equal(force.text(143.91494, 0.02), "143.915 ± 0.020 N");
+  assert.equal(force.text(0.25, 0.01), "250 ± 10 mN");
+  assert.equal(force.text(-1.5, 0.01), "\u22121.500 ± 0.010 N");
+  assert.equal(force.text(4e-7), "400.0 nN");
+  // What belongs together is in one unit; zero is in the usual one.
+  assert.equal(force.text(0.002, Number.NaN, 20), "0.00 N");
+  assert.equal(force.text(0), "0.00 mN");
+  assert.equal(force.text(Number.NaN, Number.NaN), "–");
+  assert.equal(new Quantity({ symbol: "uS", si_per_unit: 1e-6 }).text(2.5e-6), "2.500 µS");
+  assert.equal(new Quantity({ symbol: "kPa", si_per_unit: 1e3 }).text(250), "250.0 Pa");
+  assert.equal(new Quantity({ symbol: "fF", si_per_unit: 1e-15 }).text(1.25e-12), "1.250 pF");
+  assert.equal(Quantity.of("N·m").text(1.4764), "1.476 N·m");
+  const counts = new Quantity({ symbol: "counts", si_per_unit: 1 });
+  assert.equal(counts.text(143914), "143914 counts");
+  assert.equal(Quantity.of("cells").text(-5.86887), "\u22125.869 cells");
+  assert.equal(Quantity.of("1").text(295), "295");
 });
 
-test("a force is in millinewtons below one newton, a dash where it is not known", () => {
-  assert.deepEqual(newtons(0.25, 0.01), ["250.00 ± 10.00", "mN"]);
-  assert.deepEqual(newtons(-1.5, 0.01), ["\u22121.500 ± 0.010", "N"]);
-  assert.deepEqual(newtons(Number.NaN, Number.NaN), ["–", "mN"]);
-  assert.deepEqual([0, 1234, 200, 4.2, 1e-9].map((size) => decimalsFor(size)), [2, 0, 1, 3, 6]);
-  assert.equal(decimalsFor(973, 5), 2);
+test("a bound begins with its sign, and what is not known has no number", () => {
+  assert.equal(certain("62.7 mN", "exact"), "62.7 mN");
+  assert.equal(certain("62.7 mN", "at_least"), "≥ 62.7 mN");
+  assert.equal(certain("62.7 mN", "unknown"), "not known");
+  assert.equal(certain("62.7 mN", null), "62.7 mN");
+});
+
+test("on a cylinder columns are narrower towards the sides, and the far side has no width", () => {
+  const turn = { arc: 2 * Math.PI, angle: 0 };
+  const layout = new Layout(200, 100, 1, 1, 8, turn);
+  const widths = Array.from({ length: 8 }, (_, column) => layout.box(0, column, 1).width);
+  assert.ok(widths[3] > widths[2] && widths[2] > 0 && widths[4] === widths[3], widths.join());
+  assert.deepEqual([widths[0], widths[1], widths[6], widths[7]], [0, 0, 0, 0]);
+  assert.ok(Number.isNaN(layout.across(0)) && layout.across(0.5) === 100);
+  // Where a column is drawn is where it is found.
+  for (const share of [0.3, 0.5, 0.7]) assert.ok(Math.abs(layout.shareAt(layout.across(share) / 200) - share) < 1e-12);
+  // By half a turn the middle is behind.
+  assert.ok(Number.isNaN(new Layout(200, 100, 1, 1, 8, { ...turn, angle: Math.PI }).across(0.5)));
+});
+
+test("sizes and lengths of a recording are said in words", () => {
+  assert.deepEqual([0, 999, 1000, 12_345_678, 2.5e12].map(bytesInWords), ["0 B", "999 B", "1.0 kB", "12 MB", "2.5 TB"]);
+  assert.deepEqual([0.4, 75, 3723].map(lengthInWords), ["00:00", "01:15", "01:02:03"]);
 });
 
 test("a frame that is cut short or too long is refused with both lengths", () => {
@@ -328,20 +355,22 @@ const ANSWER = {
   width_ns: 1e9,
   time_ns: [10e9, 11e9, 40e9, 41e9],
   unix_s: [1000, 1000.5, 1015, 1015.5],
-  signals: [{ name: "force_z", unit: "N", min: [1, 2, null, 4], mean: [1, 2, null, 4], max: [1.5, 2.5, null, 5] }],
+  signals: [{ name: "force_z", unit: "N", first: [1, 2.5, null, 4], min: [1, 2, null, 4], mean: [1, 2, null, 4], max: [1.5, 2.5, null, 5], last: [1.5, 2, null, 4.5], rises: [true, false, true, true] }],
   tares: [{ time_ns: 11e9, unix_s: 1000.5, kind: "tare" }],
   events: [],
 };
 
-test("the past is two points for each row; pauses and missing values break the line", () => {
+test("the past is four points for each row, in their order; pauses and missing values break the line", () => {
   const past = parsePast(ANSWER);
   assert.deepEqual(past.tares, [{ time: 11, kind: "tare" }]);
   const milli = (value) => 1e3 * value;
   const [times, values] = pastColumns(past, ["force_z"], milli, 50, 42, 0.5);
-  assert.deepEqual(times, [-40, -39.5, -39, -38.5, -24.5, -10, -9.5, -9, -8.5]);
-  assert.deepEqual(values, [1000, 1500, 2000, 2500, null, null, null, 4000, 5000]);
+  const row = (begin) => [0, 0.25, 0.5, 0.75].map((part) => begin + part);
+  assert.deepEqual(times, [...row(-40), ...row(-39), -24.5, ...row(-10), ...row(-9)]);
+  // A falling edge is one: its largest value comes first.
+  assert.deepEqual(values, [1000, 1000, 1500, 1500, 2500, 2500, 2000, 2000, null, null, null, null, null, 4000, 4000, 5000, 4500]);
   // What the page knows better itself is left to it; a signal that is not kept is a gap.
-  assert.equal(pastColumns(past, ["force_z"], milli, 50, 41.5, 0.5)[0].length, 7);
+  assert.equal(pastColumns(past, ["force_z"], milli, 50, 41.5, 0.5)[0].length, 13);
   assert.ok(pastColumns(past, ["force_y"], milli, 50, 42, 0.5)[1].every((value) => value === null));
 });
 
@@ -389,19 +418,10 @@ test("latency is that of the last second", () => {
   assert.ok(Number.isNaN(latency.summary(9000).median));
 });
 
-test("rest values are shown in the unit of the device, unknown ones as NaN", () => {
-  const rest = new RestValues();
-  assert.equal(rest.values, null);
-  assert.equal(rest.set([2e-15, null, 4e-15], 1e-15), 3);
-  assert.deepEqual([...rest.values].map((value) => Math.round(value)), [2, NaN, 4]);
-  assert.equal(rest.set([null], 1e-15), null);
-});
-
 test("numbers are written with a true minus, without a negative zero, unknown ones with a dash", () => {
   assert.equal(fixed(-1.234, 2), "\u22121.23");
   assert.equal(fixed(-0.001, 2), "0.00");
   assert.equal(fixed(Number.NaN, 2), "–");
-  assert.equal(withDeviation(1, 0.05, 2), "1.00 ± 0.05");
   assert.equal(parseLimit("\u22122,5"), -2.5);
   assert.ok(Number.isNaN(parseLimit("")));
 });
@@ -439,13 +459,6 @@ test("an event is reported in words and with its value, deviation and unit", () 
   assert.equal(eventInWords({ kind: "cyclic", symmetry: 0.994 }), "cyclic, symmetry 0.99");
   assert.equal(eventInWords({ kind: "slip", direction: [0, -1] }), "slip ↓");
   assert.equal(eventInWords({ kind: "slip", direction: [-1, 0], score: 0.7 }), "slip ← along the row, score 0.70");
-  assert.equal(eventValue(0.0053, 0.00046, "N"), "5.30 ± 0.46 mN");
-  assert.equal(eventValue(0.00399, 1.7e-6, "N"), "3.990 ± 0.002 mN");
-  assert.equal(eventValue(5.3, null, "N"), "5.300 N");
-  assert.equal(eventValue(0.02, 0.0004, "m/s"), "20.00 ± 0.40 mm/s");
-  assert.equal(eventValue(2.857, 0.01, "Hz"), "2.857 ± 0.010 Hz");
-  assert.equal(eventValue(295, null, "1"), "295.0");
-  assert.equal(eventValue(null, null, "N"), "–");
 });
 
 test("the clock of a board is said with its bound, and only while the link is in step", () => {
@@ -458,14 +471,13 @@ test("the clock of a board is said with its bound, and only while the link is in
     segments: 1,
   };
   const link = { state: "in_step", clock };
-  const { short, full } = clockInWords(link);
-  assert.equal(short, "clock 60.0 ppm slow, −0.40 ms +1.20 ms");
+  const full = clockInWords(link);
+  assert.match(full, /runs 60\.0 ppm too slow/);
   assert.match(full, /12\.340 s by the clock of the board was 15\.342 s/);
   assert.match(full, /at most 0\.40 ms before and 1\.20 ms behind it/);
   const oneWay = clockInWords({ ...link, clock: { ...clock, before_s: null, rate_difference: -2e-6, segments: 3 } });
-  assert.equal(oneWay.short, "clock 2.0 ppm fast, +1.20 ms, delay not known");
-  assert.match(oneWay.full, /is not known.*runs 2\.0 ppm too fast\. Segment 3/);
-  assert.equal(clockInWords({ ...link, clock: { ...clock, rate_difference: 0 } }).short, "clock rate not known yet, −0.40 ms +1.20 ms");
+  assert.match(oneWay, /is not known.*runs 2\.0 ppm too fast\. Segment 3/);
+  assert.match(clockInWords({ ...link, clock: { ...clock, rate_difference: 0 } }), /How much faster or slower .* is not known yet/);
   assert.equal(clockInWords({ ...link, state: "silent" }), null);
   assert.equal(clockInWords({ ...link, clock: null }), null);
   assert.equal(clockInWords(null), null);
