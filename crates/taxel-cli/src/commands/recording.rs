@@ -514,11 +514,9 @@ fn tables(
 fn played(file: &Path) -> Result<crate::arguments::Live, Stop> {
     let source = format!("--source=replay:{}", shown::path(file));
     let line = ["taxel", "live", "--headless", "--speed", "max", &source];
-    match Arguments::try_parse_from(line).map(|arguments| arguments.command) {
-        Ok(Command::Live(live)) => Ok(*live),
-        _ => Err(Stop::Failed(format!(
-            "{}: cannot be played",
-            shown::path(file)
-        ))),
-    }
+    let live = match Arguments::try_parse_from(line).map(|arguments| arguments.command) {
+        Ok(Command::Live(live)) => live.each().ok().and_then(|mut each| each.pop()),
+        _ => None,
+    };
+    live.ok_or_else(|| Stop::Failed(format!("{}: cannot be played", shown::path(file))))
 }

@@ -9,7 +9,7 @@ import { certain, Quantity } from "./units";
 const MOST_ROWS = 200;
 /** A clock that goes back by more than this was set back, ns. */
 const SET_BACK = 0.5e9;
-const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "mark"];
+const KINDS = ["touch", "release", "split", "merged", "step", "impact", "cyclic", "slip", "saturated", "closed", "overload", "mark"];
 
 export class EventList {
   readonly root: HTMLElement;

@@ -41,6 +41,9 @@ export interface Scene {
 
 /** By how much a key turns a cylinder, rad. */
 const TURN_STEP = Math.PI / 12;
+/** Of a small picture: around it, and below it for its words, px. */
+const PADDING = 12;
+const LABEL = 18;
 /** A pointer that moved further than this turns, and does not pick; px. */
 const DRAG = 4;
 
@@ -281,7 +284,8 @@ export class Thumb {
   }
 
   draw({ frame, theme, now }: Scene): void {
-    const width = Math.min(this.canvas.parentElement?.clientWidth ?? 0, 72 / this.aspect) - 12;
+    const { clientWidth, clientHeight } = this.button;
+    const width = Math.min(clientWidth - PADDING, (clientHeight - PADDING - LABEL) / this.aspect);
     const context = this.canvas.getContext("2d");
     if (context === null || width < 8) return;
     const { picture, scale, quantity } = this.layer;

@@ -90,8 +90,7 @@ export class Quantities {
   readonly length: Quantity;
   readonly moment: Quantity;
 
-  constructor({ reading, value, force_unit: force, speed_unit: speed }: Hello) {
-    const length = speed.replace("/s", "");
+  constructor({ reading, value, force_unit: force, length_unit: length }: Hello) {
     this.reading = new Quantity(reading);
     this.value = new Quantity(value);
     this.force = Quantity.of(force);
