@@ -456,8 +456,11 @@ impl ArrayEstimator {
         let held = touch.contacts.iter().find(unknown);
         let mut judged = Judged::default();
         if let Some(held) = held {
-            judged.limit(Certainty::Unknown, held.bound.unwrap_or(State::Unchecked));
             touch.centre_of_pressure = None;
+            // A force that is no sum of taxels has its own interval.
+            if self.rules.total != Total::Unknown || touch.total.force[2].is_nan() {
+                judged.limit(Certainty::Unknown, held.bound.unwrap_or(State::Unchecked));
+            }
         }
         match self.rules.total {
             Total::Counted | Total::Certain => {
