@@ -213,7 +213,7 @@ impl ArrayEstimator {
         self.rules.rest.at_start && self.rules.rest.refused.is_none() && !self.is_tared()
     }
 
-    /// From now on nothing is a force before a rest capture that the device needs.
+    /// From now on no zero is known before a rest capture that the device needs.
     pub fn await_zero(&mut self) {
         self.awaits_zero = self.needs_zero();
     }
@@ -293,9 +293,6 @@ impl ArrayEstimator {
         // A frame that ends a rest capture was read with the rest before it.
         if !matches!(captured, Some(Ok(()))) {
             self.follow_drift();
-        }
-        if !self.touch.zero_known {
-            self.touch.say_nothing();
         }
         Ok((&self.touch, captured))
     }
@@ -459,8 +456,11 @@ impl ArrayEstimator {
         let held = touch.contacts.iter().find(unknown);
         let mut judged = Judged::default();
         if let Some(held) = held {
-            judged.limit(Certainty::Unknown, held.bound.unwrap_or(State::Unchecked));
             touch.centre_of_pressure = None;
+            // A force that is no sum of taxels has its own interval.
+            if self.rules.total != Total::Unknown || touch.total.force[2].is_nan() {
+                judged.limit(Certainty::Unknown, held.bound.unwrap_or(State::Unchecked));
+            }
         }
         match self.rules.total {
             Total::Counted | Total::Certain => {

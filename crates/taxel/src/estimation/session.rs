@@ -49,17 +49,22 @@ impl TouchSession {
     }
 
     /// Estimates and observes one frame. No contact is reported while a
-    /// rest capture runs.
+    /// rest capture runs, and nothing is a force before the first one that the
+    /// device needs has come to its end.
     ///
     /// # Errors
     /// [`FrameError`] for a frame of another device.
     pub fn push(&mut self, frame: &Frame) -> Result<Observed<'_>, FrameError> {
         let capturing = self.estimator.capturing();
-        let (touch, captured) = self.estimator.push(frame)?;
+        let (_, captured) = self.estimator.push(frame)?;
+        // Training looks at the estimates of a rest capture; whoever else does, sees no force.
+        if !self.estimator.touch().zero_known {
+            self.estimator.touch_mut().say_nothing();
+        }
         if capturing {
             self.observer.push_at_rest(frame);
         } else {
-            self.observer.push(frame, touch);
+            self.observer.push(frame, self.estimator.touch());
         }
         for (index, contact) in self.estimator.touch_mut().contacts.iter_mut().enumerate() {
             if let Some(track) = self.observer.track_of(index) {

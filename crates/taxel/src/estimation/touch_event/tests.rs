@@ -118,3 +118,38 @@ fn bounds_are_reported_once() {
         .count();
     assert_eq!(count, 1);
 }
+
+/// Contacts that begin to slide at a speed, each frame's position with the noise that the contact
+/// states: 95 % of the intervals hold the speed, give or take three deviations of such a count.
+#[test]
+fn intervals_of_slips_hold_the_speed() {
+    let mut random = taxel_numerics::Noise::seeded(11);
+    let noise = 30e-6;
+    for speed in [8e-3, 20e-3, 60e-3] {
+        let (mut held, mut all) = (0_u32, 0_u32);
+        for run in 0..300 {
+            let mut tracker = Tracker::new(TrackerOptions::new([1e-3; 2]));
+            let mut events = TouchEvents::new(TouchEventOptions::default());
+            let begin = 0.2 + 1e-3 * f64::from(run % 50);
+            for time in 0..900_u64 {
+                let seconds = time as f64 * 1e-3;
+                let x = speed * (seconds - begin).max(0.0) + noise * random.normal();
+                let mut one = contact(x, 0.3, State::Ok);
+                one.centre[1] = noise * random.normal();
+                one.covariance = [noise * noise, 0.0, noise * noise];
+                let contacts = [one];
+                tracker.push(time * 1_000_000, &contacts, &[Some(0)]);
+                for event in events.push(time * 1_000_000, &tracker, &contacts) {
+                    if event.kind.name() == "slip" {
+                        all += 1;
+                        held += u32::from((event.value - speed).abs() <= 1.96 * event.deviation);
+                    }
+                }
+            }
+        }
+        println!("slip at {speed} m/s: {held} of {all}");
+        let share = f64::from(held) / f64::from(all);
+        let error = 3.0 * (0.95 * 0.05 / f64::from(all)).sqrt();
+        assert!(share > 0.93 - error, "{speed}: {held} of {all}");
+    }
+}
