@@ -248,8 +248,13 @@ impl Board {
     }
 
     /// What a hello says that is not what frames of this board hold: nothing where they agree,
-    /// whatever name, firmware and rate it says.
-    pub(crate) fn differs_from(&self, hello: &str) -> Option<String> {
+    /// whatever name, firmware and rate it says. An error for a text that is no hello.
+    pub(crate) fn differs_from(&self, hello: &str) -> Result<Option<String>, serde_json::Error> {
+        serde_json::from_str::<Hello>(hello)?;
+        Ok(self.difference(hello))
+    }
+
+    fn difference(&self, hello: &str) -> Option<String> {
         let board = match board_file_of_hello(hello) {
             Ok(text) => Board::parse("hello of the board", &text).map_err(|error| error.message),
             Err(message) => Err(message),

@@ -6,7 +6,7 @@
 mod tables;
 
 use taxel::estimation::{
-    ArrayEstimator, ChannelState, FrameError, State, TouchEvent, TouchEventKind, Why,
+    ArrayEstimator, Certainty, ChannelState, FrameError, State, TouchEvent, TouchEventKind, Why,
 };
 use taxel::sensor::Sensor;
 use taxel::trained::TrainedMaps;
@@ -702,7 +702,9 @@ fn spans_of(minutes: f64, count: usize, mut body: Creeping, mut touches: Touches
             sequence += 1;
             let (touch, _) = estimator.push(&frame).unwrap();
             let [value, deviation] = touch.pressing_force().unwrap();
-            let contact = !touch.contacts.is_empty();
+            // One of which nothing is known any more is not said to be there.
+            let mut contacts = touch.contacts.iter();
+            let contact = contacts.any(|contact| contact.certainty != Certainty::Unknown);
             if contact && force > 0.0 && number != last {
                 (span.found, last) = (span.found + 1, number);
             }

@@ -250,8 +250,10 @@ impl Decoder {
     fn take_hello(&mut self, hello: &str) {
         let Some(board) = &self.said else { return };
         self.hello = match board.differs_from(hello) {
-            None => Hello::Agrees,
-            Some(difference) => Hello::Changed(difference),
+            Ok(None) => Hello::Agrees,
+            Ok(Some(difference)) => Hello::Changed(difference),
+            // Another board has packets of this type, too.
+            Err(_) => return,
         };
     }
 

@@ -15,7 +15,7 @@ use taxel_numerics::split_mix;
 
 use super::force::{Within, features_of, intervals_of, trained_force};
 use super::next_run::{self, USUAL, of_mean};
-use super::replay::{Live, Of};
+use super::replay::{Live, Of, REST_FRAMES};
 use super::{ForceOptions, HeldOutForce, Score, Session, blocks_of_time};
 
 /// Errors within another run beside those of blocks of the only one: a guess, with which each of the
@@ -224,7 +224,13 @@ impl AcrossRuns {
         let mut squares = Vec::new();
         for (number, run) in readings.iter().enumerate() {
             let estimates = live.played(map.clone(), number, force)?;
+            // Before the end of its rest capture live says no force.
+            let known = runs[number].sensor.times().get(REST_FRAMES).copied();
+            let known = known.unwrap_or(f64::NEG_INFINITY);
             for (time, force) in run.times.iter().zip(&run.force) {
+                if *time - map.offset < known {
+                    continue;
+                }
                 let estimate = estimates.at(time - map.offset, map.longest_step);
                 let error = estimate.map_or(f64::NAN, |estimate| estimate[0] - force);
                 squares.extend(error.is_finite().then_some(error * error));

@@ -791,7 +791,7 @@ fn a_board_is_drafted_and_read_by_its_draft() {
     }
     let [capture, file, noise] =
         ["capture.bin", "board.toml", "noise.bin"].map(|name| folder.path(name));
-    fs::write(&capture, &wire[11..]).unwrap();
+    fs::write(&capture, &wire[25..]).unwrap();
     let report = done(&["listen", &capture, "-o", &file]);
     assert!(
         report.contains("sum16 holds in all of 299 packets"),

@@ -358,7 +358,7 @@ fn a_full_disk_ends_no_other_file_and_no_measurement() {
             name
         });
         let value = |file: &str| match option {
-            "--out" => format!("csv:{file}"),
+            "--out" => format!("jsonl:{file}"),
             _ => file.to_owned(),
         };
         let run = |file: &str, more: &[&str]| {

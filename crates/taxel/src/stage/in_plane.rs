@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart, PartParameter, image,
-    searched,
+    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart, HALF, PartParameter,
+    image, searched,
 };
 use crate::quantity::CAPACITANCE;
 use crate::transduction::{ForceCurve, InPlaneError, InPlaneModel};
@@ -12,9 +12,8 @@ use crate::transduction::{ForceCurve, InPlaneError, InPlaneModel};
 /// A value below this share of the least capacitance of the model, or above its reciprocal times
 /// the rest value, is no capacitor.
 const LEAST_SHARE: f64 = 0.5;
-/// Above its rest value by more standard deviations than this, a capacitor contradicts the model:
-/// noise alone does so once in 10⁹ frames.
-const ABOVE_REST: f64 = 6.0;
+/// Noise alone moves a capacitance by more of its standard deviations than this once in 10⁹ frames.
+const BY_NOISE: f64 = 6.0;
 
 /// One in-plane capacitor.
 #[derive(Debug, Clone)]
@@ -130,15 +129,17 @@ impl CellLaw for InPlaneCell {
             return CellEstimate::nothing(CellState::Impossible);
         }
         let change = rest - value;
-        if change < -ABOVE_REST * deviation {
+        if change < -BY_NOISE * deviation {
             return CellEstimate::nothing(CellState::BelowRest);
         }
-        if change > last.change {
+        // So near to the end that noise alone may hide how far beyond it the load is.
+        if change > last.change - BY_NOISE * deviation {
             let state = match inverse.turning() {
                 Some(_) => CellState::Ambiguous,
                 None => CellState::Beyond,
             };
-            return CellEstimate::bound(last.layer.force, state);
+            let least = (change - HALF * deviation).clamp(0.0, last.change);
+            return CellEstimate::bound(curve.force(least), state);
         }
         let [low, high] = [change - deviation, (change + deviation).min(last.change)];
         let spread = curve.force(high) - curve.force(low);
