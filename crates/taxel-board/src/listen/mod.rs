@@ -72,7 +72,7 @@ fn unit_of_clock(step: f64) -> Option<&'static str> {
 ///     .flat_map(|n| format!("F: {},{}\n", n * n % 97, 500 + n % 7).into_bytes())
 ///     .collect();
 /// let draft = taxel_board::listen(&wire, None).expect("lines of two numbers");
-/// assert!(draft.file.contains("{value c1},{value c2}"));
+/// assert!(draft.file.contains("F: {value F},{value c1}"));
 /// ```
 ///
 /// # Errors

@@ -246,7 +246,7 @@ mod tests {
             ("tcp:localhost", "tcp:localhost:7000"),
             ("tcp:localhost:0", "1 to 65535"),
             ("udp:70000", "1 to 65535"),
-            ("udp:7000@10.0.0.1", "224.0.0.0"),
+            ("udp:7000@10.0.0", "224.0.0.0"),
             ("ws:localhost", "ws:localhost:5000"),
             ("ws:localhost:1/a b", "is no path"),
             ("exec:", "names no program"),
