@@ -175,6 +175,7 @@ def test_every_public_class_pickles_or_says_why_not() -> None:
     values = [
         sensor, twin, frames, estimator, touch, study, design, table, calibration, mesh, table.table,
         sensor.information(fz="5 N"), next(iter(calibration.parameters.values())), taxel.State.OK,
+        taxel.Certainty.EXACT,
         taxel.InputError("m", "f", 3, "k"), taxel.SolveError("m"), taxel.FrameError("m"), taxel.TaxelError("m"),
         fem.MooneyRivlin(1.0), fem.Yeoh(1.0, 0.0, 0.0), fem.LinearElastic(1.0, 0.3), CELL, fem.Laplace(mesh, {"solid": 1.0}),
         fem.Laplace(mesh, {"solid": 1.0}).capacitance(["top"], zero=["bottom"]),
