@@ -339,7 +339,7 @@ impl Counter {
         self.numbers
     }
 
-    /// Frames that are told apart before it begins again.
+    /// Frames before it begins again.
     pub(crate) fn frames(&self) -> Option<u64> {
         let Counting { step, repeats, .. } = self.counting;
         self.numbers.map(|numbers| numbers / step * repeats)

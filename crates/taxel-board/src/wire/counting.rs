@@ -60,6 +60,11 @@ impl FrameCounter {
         self.counter.frame(raw, self.same)
     }
 
+    /// A new connection: the next number goes on from none.
+    pub(super) fn reconnect(&mut self) {
+        (self.last, self.same) = (None, 0);
+    }
+
     /// What the board file should say of it.
     pub(super) fn remark(&self) -> Option<String> {
         let seen = &self.seen;

@@ -220,6 +220,9 @@ impl Decoder {
         if let Some(numbering) = &mut self.numbering {
             numbering.reconnect();
         }
+        if let Some(counter) = &mut self.counter {
+            counter.reconnect();
+        }
         if let Some(guard) = &mut self.guard {
             guard.reset();
         }
