@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 
 use super::readings::{LEAST_READINGS, Run};
-use super::{compared, failed, sessions, weighed};
+use super::{failed, sessions, weighed};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
-    AcrossRuns, CONTACT_SHARE, Compared, ForceOptions, HeldOutForce, NORMAL_95, ScaleClock, Score,
-    Series, Session, WITHIN_ANOTHER, compared_forces, trained_components, usual_candidates,
+    CONTACT_SHARE, Candidate, DELAY_READINGS, HeldOut, NORMAL_95, Quick, ScaleClock, Series,
+    Session, TrainedForces, WITHIN_ANOTHER, delay_of_scale, maps_of, train_forces,
 };
 use taxel::InputError;
 use taxel::electronics::times_in_another_unit;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::trained::{ForceMap, MemoryLaw, Polynomial, Relation, RestStatistics};
+use taxel::trained::{Block, ForceMap};
 
 /// Runs shorter than this show little of how the body creeps, s.
 const SHORT: f64 = 60.0;
@@ -36,14 +36,13 @@ const OVERLAP: f64 = 0.75;
 pub(super) fn train(
     runs: &[Run],
     frame_rate: f64,
-    (rest, relation): (Option<&RestStatistics>, Option<&Relation>),
+    tared: bool,
     found: &mut Outcome,
 ) -> Result<Option<ForceMap>, InputError> {
     let runs = touched(runs, found)?;
     let Some(last) = runs.last() else {
         return Ok(None);
     };
-    let Some(rest) = rest else { return Ok(None) };
     for run in &runs {
         begins_free(run)?;
         same_unit(run, frame_rate)?;
@@ -57,52 +56,32 @@ pub(super) fn train(
             .remarks
             .extend(session.scale_clock.map(|clock| of_clock(&run.name, clock)));
     }
-    let candidates = usual_candidates(&sessions).map_err(failed)?;
-    let chosen = AcrossRuns::choose(&sessions, &candidates).map_err(failed)?;
-    same_clock(&last.name, &sessions, &chosen)?;
-    tells_force(&last.name, &sessions, &chosen)?;
-    let chosen = chosen
-        .judged_live(&sessions, rest, relation)
-        .map_err(failed)?;
-    let mut all = compared_forces(&sessions, chosen.options.offset).map_err(failed)?;
-    all.push(Compared {
-        name: String::from("chosen map"),
-        score: of_last(&chosen.held_out, sessions.len()),
-    });
-    let tested = if runs.len() > 1 {
-        "force, the last run from the others"
-    } else {
-        "force, last quarter"
-    };
-    found.remarks.extend(compared(tested, all, "N", 1.0));
-    found.remarks.push(among(&chosen, runs.len()));
-    found.remarks.push(of_runs(&chosen, runs.len()));
-    report(&chosen, runs.len(), found);
-    let (map, options) = (&chosen.map, &chosen.options);
-    let components =
-        trained_components(map, &sessions, options, (rest, relation)).map_err(failed)?;
-    for one in &components {
-        let (name, unit) = (one.map.component.name(), one.map.component.unit());
-        let held_out = &one.held_out;
-        let summary = ResidualSummary::of(name.into(), unit, &held_out.errors, one.largest);
-        let score = Score::of(&held_out.errors, &held_out.deviations);
+    let offset = delay_of_scale(&sessions).map_err(failed)?;
+    let trained = train_forces(&sessions, offset, tared).map_err(failed)?;
+    same_clock(&last.name, &sessions, &trained)?;
+    tells_force(&last.name, &sessions, &trained)?;
+    found.remarks.extend(mixture(&trained));
+    found.remarks.push(among(&trained, runs.len()));
+    found.remarks.push(of_runs(&trained, runs.len()));
+    report(&trained, runs.len(), found);
+    for ((component, map), held_out) in maps_of(&trained.map).into_iter().zip(&trained.held_out) {
+        let Some(component) = component else { continue };
+        let (name, unit) = (component.name(), component.unit());
+        let largest = map.range[1].max(-map.range[0]);
+        let score = held_out.score();
         found.remarks.push(Remark::whole(format!(
-            "{name}: held out {:.4} {unit} rms of at most {:.3} {unit}, {:.1} % within the 95 % intervals",
+            "{name}: held out {:.4} {unit} rms of at most {largest:.3} {unit}, {:.1} % within the 95 % intervals",
             score.rms,
-            one.largest,
             100.0 * score.coverage
         )));
-        found.hold_out.push(summary);
+        found.hold_out.push(ResidualSummary::of(name.into(), unit, &held_out.errors, largest));
         found.scope.push(Scope {
             name: name.into(),
             unit,
-            range: [-one.largest, one.largest],
+            range: [-largest, largest],
         });
     }
-    Ok(Some(ForceMap {
-        components: components.into_iter().map(|one| one.map).collect(),
-        ..chosen.map
-    }))
+    Ok(Some(trained.map))
 }
 
 /// Runs with a scale, without those in which nothing touches: they say nothing
@@ -167,19 +146,19 @@ fn same_unit(run: &Run, frame_rate: f64) -> Result<(), InputError> {
 }
 
 /// Refuses a scale whose clock is not that of the sensor.
-fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), InputError> {
-    let least = OVERLAP * chosen.held_out.errors.len() as f64;
+fn same_clock(name: &str, runs: &[Session], trained: &TrainedForces) -> Result<(), InputError> {
+    // One press is near each of its delays.
+    let left = trained.held_out[0].score().rms / spread(&trained.held_out[0]);
+    if left < SUSPECT || presses(runs) < 2 {
+        return Ok(());
+    }
+    let Ok(quick) = Quick::of(runs) else { return Ok(()) };
+    let all: usize = runs.iter().flat_map(|run| &run.force).map(|force| force.times().len()).sum();
     // Error of a delay over the spread of the readings that it leaves.
     let error = |offset: f64| {
-        let options = ForceOptions {
-            polynomial: Polynomial { degree: 1 },
-            memory: MemoryLaw::default(),
-            offset,
-            ..chosen.options.clone()
-        };
-        let found = AcrossRuns::choose(runs, &[options]).ok()?;
-        let overlaps = found.held_out.errors.len() as f64 >= least;
-        overlaps.then(|| found.score().rms / spread(&found.held_out))
+        let (square, count) = quick.error(offset, &[Block::Channels]).ok()?;
+        let enough = count as f64 >= OVERLAP * (all.min(DELAY_READINGS) as f64);
+        enough.then(|| square.sqrt())
     };
     // A scale may be a little late.
     let tenths: Vec<i32> = (-5..=15).collect();
@@ -187,8 +166,7 @@ fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), I
         .into_par_iter()
         .filter_map(|tenths| error(0.1 * f64::from(tenths)));
     let usual = near.min_by(f64::total_cmp).unwrap_or(f64::INFINITY);
-    // One press is near each of its delays.
-    if usual < SUSPECT || presses(runs) < 2 {
+    if usual < SUSPECT {
         return Ok(());
     }
     let seconds: Vec<i32> = (-2 * FARTHEST..=2 * FARTHEST).collect();
@@ -212,8 +190,9 @@ fn same_clock(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), I
 }
 
 /// Refuses a map that predicts held-out forces hardly better than their mean.
-fn tells_force(name: &str, runs: &[Session], chosen: &AcrossRuns) -> Result<(), InputError> {
-    let (rms, spread) = (chosen.score().rms, spread(&chosen.held_out));
+fn tells_force(name: &str, runs: &[Session], trained: &TrainedForces) -> Result<(), InputError> {
+    let held_out = &trained.held_out[0];
+    let (rms, spread) = (held_out.score().rms, spread(held_out));
     if rms <= USELESS * spread {
         return Ok(());
     }
@@ -240,7 +219,7 @@ fn presses(runs: &[Session]) -> usize {
 }
 
 /// Standard deviation of the forces that were held out, N.
-fn spread(held_out: &HeldOutForce) -> f64 {
+fn spread(held_out: &HeldOut) -> f64 {
     let errors = held_out.estimates.iter().zip(&held_out.errors);
     let truth: Vec<f64> = errors.map(|(estimate, error)| estimate - error).collect();
     let mean = truth.iter().sum::<f64>() / truth.len().max(1) as f64;
@@ -263,18 +242,6 @@ fn begins_free(run: &Run) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Score of the rows of the last run, or of the last quarter of the only one, of which the last
-/// three tenths are held out.
-fn of_last(held_out: &HeldOutForce, runs: usize) -> Score {
-    let count = held_out.runs.len();
-    let begin = if runs > 1 {
-        held_out.runs.partition_point(|run| *run + 1 < runs)
-    } else {
-        count / 6
-    };
-    Score::of(&held_out.errors[begin..], &held_out.deviations[begin..])
-}
-
 /// What a scale with a clock of its own means for its readings.
 fn of_clock(name: &str, clock: ScaleClock) -> Remark {
     Remark::whole(format!(
@@ -287,45 +254,42 @@ fn of_clock(name: &str, clock: ScaleClock) -> Remark {
     ))
 }
 
-/// Candidates that the chosen options won against.
-fn among(chosen: &AcrossRuns, runs: usize) -> Remark {
-    let rms = |of: &HeldOutForce| Score::of(&of.errors, &of.deviations).rms;
-    let without = chosen.without_memory.as_ref().map_or(0.0, rms);
-    let (options, score) = (&chosen.options, chosen.score());
+/// What the map of the pressing force mixes, from simple to rich, and what each would do alone.
+fn mixture(trained: &TrainedForces) -> Vec<Remark> {
+    let name = |blocks: &[Block]| {
+        let names: Vec<&str> = blocks.iter().map(|block| block.name()).collect();
+        names.join(", ")
+    };
+    let of = |one: &Candidate| {
+        Remark::whole(format!(
+            "force, share {:.2} of the map of {}: {:.4} N rms of held-out readings alone, prior {}",
+            one.share,
+            name(&one.blocks),
+            one.error,
+            one.prior
+        ))
+    };
+    trained.candidates[0].iter().map(of).collect()
+}
+
+/// What is held out, and what is not.
+fn among(trained: &TrainedForces, runs: usize) -> Remark {
+    let score = trained.held_out[0].score();
+    let times: Vec<String> = trained.map.law.times.iter().map(|time| format!("{time:.3}")).collect();
     Remark::whole(format!(
-        "force: products of up to {} {}, creep times {:?} s, products with creep along {} directions, prior {} (channels x {}, memory x {}, its products x {}), scale {:.1} s \
-         after the sensor; best of {} candidates by the error of held-out {}: live, {:.3} N rms (best without memory {without:.3} N), \
-         {:.1} % within the 95 % intervals. In {:.0} % of resamplings of the blocks of time no other degree or memory does \
-         better. The readings of the training, replayed live, have {:.4} N rms",
-        options.polynomial.degree,
-        if options.reciprocal {
-            "reciprocal channels"
-        } else {
-            "channels"
-        },
-        options.memory.creep_times,
-        options.mixed,
-        options.prior,
-        options.prior_shares[0],
-        options.prior_shares[1],
-        options.prior_shares[2],
-        options.offset,
-        chosen.tried.len(),
-        if runs > 1 {
-            "runs and blocks"
-        } else {
-            "blocks of time"
-        },
+        "force: the mixture of these maps, with memory over {} s, scale {:.1} s after the sensor. Held out from all that is          learned, maps, priors, shares, relation and rest, {} have {:.4} N rms as live, {:.1} % within the 95 % intervals. The          readings of the training, replayed live, have {:.4} N rms",
+        times.join(", "),
+        trained.map.offset,
+        if runs > 1 { "whole runs" } else { "fifths of the run" },
         score.rms,
         100.0 * score.coverage,
-        100.0 * chosen.certainty,
-        chosen.replayed
+        trained.replayed
     ))
 }
 
 /// Range in which the intervals hold.
-fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
-    let between = &chosen.map.between_runs;
+fn of_runs(trained: &TrainedForces, runs: usize) -> Remark {
+    let between = &trained.map.pressing.between_runs;
     Remark::whole(if runs > 1 {
         format!(
             "force: each of {runs} runs was predicted from the others; from run to run the gain differs by {:.1} % and the \
@@ -345,14 +309,14 @@ fn of_runs(chosen: &AcrossRuns, runs: usize) -> Remark {
     })
 }
 
-fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
-    let held_out = &chosen.held_out;
-    let peak = chosen.map.range[1];
+fn report(trained: &TrainedForces, runs: usize, found: &mut Outcome) {
+    let held_out = &trained.held_out[0];
+    let peak = trained.map.pressing.range[1];
     let summary = ResidualSummary::of("force".into(), "N", &held_out.errors, peak);
     found.models.push(ModelComparison {
         name: "force with memory",
-        about: "products of channels, and what each channel did lately",
-        unknowns: chosen.map.ridge.weights().len(),
+        about: "a mixture of maps of channels, of their sums and products, and of what they did lately",
+        unknowns: trained.map.law.len(),
         residual: summary.root_mean_square / peak,
         hold_out: Some(summary.root_mean_square / peak),
     });
@@ -367,7 +331,7 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     let which = if runs > 1 {
         "each run, from the others"
     } else {
-        "each of the last three tenths of the run, from what comes before it"
+        "each fifth of the run, from the others"
     };
     join(&mut found.held_out, which);
     let rows = format!(
@@ -379,9 +343,9 @@ fn report(chosen: &AcrossRuns, runs: usize, found: &mut Outcome) {
     found.scope.push(Scope {
         name: "force".into(),
         unit: "N",
-        range: chosen.map.range,
+        range: trained.map.pressing.range,
     });
-    found.figures.push(figure(chosen, runs));
+    found.figures.push(figure(held_out, runs));
 }
 
 fn join(text: &mut String, more: &str) {
@@ -391,10 +355,8 @@ fn join(text: &mut String, more: &str) {
     text.push_str(more);
 }
 
-/// Truth, estimate and interval over time of the last run, and the loop of the
-/// error over the force with memory and without.
-fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
-    let held_out = &chosen.held_out;
+/// Truth, estimate and interval over time of the last run, and the error over the force.
+fn figure(held_out: &HeldOut, runs: usize) -> Figure {
     let begin = held_out.runs.partition_point(|run| *run + 1 < runs);
     let rows = begin..held_out.runs.len();
     let start = held_out.times.get(begin).copied().unwrap_or(0.0);
@@ -408,14 +370,8 @@ fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
     };
     // The gap parts the lower end from the upper one.
     let interval = [end(-1.0), vec![[f64::NAN; 2]], end(1.0)].concat();
-    let loops = |name: &str, of: &HeldOutForce, style| {
-        let points = rows
-            .clone()
-            .map(|i| [of.estimates[i] - of.errors[i], of.errors[i]]);
-        Curve::new(name, points.collect(), style)
-    };
-    let without = chosen.without_memory.iter();
-    let without = without.map(|of| loops("without memory", of, Style::Dashed));
+    let errors = rows.clone().map(|i| [held_out.estimates[i] - held_out.errors[i], held_out.errors[i]]);
+    let loops = Curve::new("mixture of maps", errors.collect(), Style::Line);
     let truth = |i: usize| held_out.estimates[i] - held_out.errors[i];
     let over_time = Chart {
         title: String::new(),
@@ -431,9 +387,7 @@ fn figure(chosen: &AcrossRuns, runs: usize) -> Figure {
         title: "Error over the force: what is left of the loop".into(),
         x: Axis::new("force", "N"),
         y: Axis::new("error", "N"),
-        series: without
-            .chain([loops("chosen map", held_out, Style::Line)])
-            .collect(),
+        series: vec![loops],
     };
     Figure {
         title: "Force of held-out rows, last run".into(),

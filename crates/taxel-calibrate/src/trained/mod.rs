@@ -15,10 +15,9 @@ use crate::remark::Remark;
 use crate::split::HoldOut;
 use crate::toml_tables::{append, rounded};
 use taxel::InputError;
-use taxel::estimation::rest_at_start;
-use taxel::trained::{Relation, RestStatistics, Standard, TrainedMaps, TrainingError};
+use taxel::trained::{RestStatistics, Standard, TrainedMaps, TrainingError};
 
-use crate::training::{Compared, REST_FRAMES, Session, trained_relation};
+use crate::training::{Session, rest_of, trained_relation};
 
 use readings::Run;
 
@@ -33,13 +32,6 @@ pub struct TrainedOutcome {
     /// The maps as the file keeps them, numbers of nine digits.
     pub maps: TrainedMaps,
 }
-
-/// Frames of the empty body that are averaged, and deviations of their mean that are noise.
-const BLOCK: usize = 25;
-const SURELY: f64 = 4.0;
-/// Time in which what a body shows of a contact that has gone falls to 1/e at the latest, s. The
-/// public recordings of a printed lattice halve it in less than a minute.
-const CREEP_FADES: f64 = 300.0;
 
 /// Trains the maps that the recordings determine: positions on an area give a map of
 /// the position, readings of a scale one of the force. Files of one group lie
@@ -83,20 +75,21 @@ pub fn train(
     plausible::check(&runs, array.body.full_scale)?;
     found.remarks.extend(other_rate(named, options));
     let broken = broken::leave_out(&mut runs, &array.body.channels(), &mut found.remarks);
-    let position = place::train(&runs, &array.area(), &mut found)?;
-    let weighs = runs.iter().any(|run| run.session.force.is_some());
-    let rest = weighs.then(|| rest(&mut runs));
+    for run in &mut runs {
+        run.session.capture_rest();
+    }
+    // Positions are learned from readings less those at rest where every run shows its rest.
+    let weighs = runs.iter().any(|run| run.session.rest.is_some());
+    let tared = runs.iter().all(|run| run.session.rest.is_some());
+    let rest = weighs.then(|| rest_of(&weighed(&runs).map(|run| &run.session).collect::<Vec<_>>()));
     let noisier = rest.as_ref().and_then(|rest| noisier(named, rest, &broken));
     found.remarks.extend(noisier);
-    let tared = position.is_none();
-    let relation = relation(&runs, tared).map_err(|error| failed(file, &error))?;
-    let learned = (rest.as_ref(), relation.as_ref());
-    let force = force::train(
-        &runs,
-        named.sensor.electronics.frame_rate,
-        learned,
-        &mut found,
-    )?;
+    let at_rest = rest.as_ref().map(|rest| &rest.mean[..]);
+    let position = place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
+    let tared = tared || position.is_none();
+    let force = force::train(&runs, named.sensor.electronics.frame_rate, tared, &mut found)?;
+    let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
+    let relation = trained_relation(&sessions, None, tared).map_err(|error| failed(file, &error))?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
         let help =
@@ -108,7 +101,7 @@ pub fn train(
         };
         return Err(InputError::whole(file, message).help(help));
     }
-    let rest = rest.filter(|_| force.is_some());
+    let rest = rest.filter(|_| force.is_some() || tared);
     if let Some(rest) = rest.as_ref().filter(|rest| rest.recovery > 0.0) {
         found.remarks.push(Remark::whole(format!(
             "zero: the empty body creeps after a contact, so a drift that looks like a touch is followed only when nothing has \
@@ -145,117 +138,6 @@ impl TrainedOutcome {
 /// Runs of which a force is known.
 fn weighed(runs: &[Run]) -> impl Iterator<Item = &Run> {
     runs.iter().filter(|run| run.session.force.is_some())
-}
-
-/// The relation of the channels over all runs: tared where each begins at rest.
-fn relation(runs: &[Run], tared: bool) -> Result<Option<Relation>, TrainingError> {
-    let of = |run: &Run| -> Vec<Vec<f64>> {
-        let rows = run.session.sensor.rows();
-        if !tared {
-            return rows.to_vec();
-        }
-        let rest = run.session.baseline();
-        let less = |row: &Vec<f64>| row.iter().zip(&rest).map(|(x, b)| x - b).collect();
-        rows.iter().map(less).collect()
-    };
-    let used = runs
-        .iter()
-        .filter(|run| !tared || run.session.force.is_some());
-    let rows: Vec<Vec<Vec<f64>>> = used.map(of).collect();
-    if rows.is_empty() {
-        return Ok(None);
-    }
-    trained_relation(&rows, tared)
-}
-
-/// Readings without contact over all runs that begin so; each run gets the rest that a capture at
-/// its start takes live.
-fn rest(runs: &mut [Run]) -> RestStatistics {
-    let deviation = deviations(runs);
-    for run in runs.iter_mut().filter(|run| run.session.force.is_some()) {
-        let frames = run.session.sensor.rows();
-        run.session.rest = Some(rest_at_start(frames, &deviation, REST_FRAMES));
-    }
-    let baselines: Vec<Vec<f64>> = weighed(runs).map(|run| run.session.baseline()).collect();
-    let mean = |channel: usize| {
-        baselines.iter().map(|row| row[channel]).sum::<f64>() / baselines.len() as f64
-    };
-    let width = deviation.len();
-    RestStatistics {
-        mean: (0..width).map(mean).collect(),
-        step: (0..width)
-            .map(|channel| least_step(runs, channel))
-            .collect(),
-        recovery: recovery(runs, &deviation),
-        deviation,
-    }
-}
-
-/// Time after a contact until what the body shows of it is less than the noise of a reading, s.
-///
-/// What it shows is the mean of a block of frames in which the scale reads nothing, less the
-/// reading at rest, beyond the noise of both means; of all channels the largest over its noise.
-fn recovery(runs: &[Run], deviation: &[f64]) -> f64 {
-    let mut most = 1.0_f64;
-    for run in weighed(runs) {
-        let session = &run.session;
-        let Some(force) = &session.force else {
-            continue;
-        };
-        let nothing = session.no_force();
-        let empty = |time: f64| {
-            let pressed = force.at(time, f64::INFINITY);
-            pressed.is_some_and(|force| force[0] <= nothing)
-        };
-        let frames = session.sensor.times().iter().zip(session.sensor.rows());
-        let frames = frames.filter(|(time, _)| empty(**time));
-        let frames: Vec<&Vec<f64>> = frames.map(|(_, row)| row).collect();
-        let counts = [BLOCK, session.rest_frames().len().max(1)];
-        let noise = counts.map(|count| 1.0 / count as f64);
-        let noise = (noise[0] + noise[1]).sqrt();
-        let channels = session.baseline().into_iter().zip(deviation).enumerate();
-        for (channel, (rest, deviation)) in channels {
-            let shown = frames.iter().map(|row| row[channel] - rest);
-            let shown: Vec<f64> = shown.filter(|shown| shown.is_finite()).collect();
-            // What is left over is too short for a mean.
-            for block in shown.chunks_exact(BLOCK) {
-                let mean = block.iter().sum::<f64>() / BLOCK as f64;
-                most = most.max(mean.abs() / deviation - SURELY * noise);
-            }
-        }
-    }
-    CREEP_FADES * most.ln()
-}
-
-/// Standard deviation of one reading of each channel before the first contact of each run.
-fn deviations(runs: &[Run]) -> Vec<f64> {
-    let baselines: Vec<Vec<f64>> = weighed(runs).map(|run| run.session.baseline()).collect();
-    let deviation = |channel: usize| {
-        let frames = weighed(runs).zip(&baselines).flat_map(|(run, baseline)| {
-            let rows = run.session.rest_frames().iter();
-            rows.map(move |row| (row[channel] - baseline[channel]).powi(2))
-        });
-        let (sum, count) = frames.fold((0.0, 0.0), |(sum, count), square| {
-            (sum + square, count + 1.0)
-        });
-        // A quiet channel steps by its least digit.
-        (sum / f64::max(count, 1.0))
-            .sqrt()
-            .max(least_step(runs, channel))
-            .max(f64::MIN_POSITIVE)
-    };
-    let width = baselines.first().map_or(0, Vec::len);
-    (0..width).map(deviation).collect()
-}
-
-/// Smallest change of a channel from frame to frame.
-fn least_step(runs: &[Run], channel: usize) -> f64 {
-    let pairs = weighed(runs).flat_map(|run| run.session.sensor.rows().windows(2));
-    let steps = pairs.map(|pair| (pair[1][channel] - pair[0][channel]).abs());
-    let least = steps
-        .filter(|step| *step > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least } else { 0.0 }
 }
 
 /// Rates of `--rate` and of the sensor file that differ by more than this factor are not the same.
@@ -343,22 +225,6 @@ fn failed(run: &str, error: &TrainingError) -> InputError {
         TrainingError::NoArea(..) => "press at positions all over the area, not along a line",
         _ => "give more varied presses",
     })
-}
-
-/// A comparison, the best first; shown scores are `scale` times SI.
-fn compared(what: &str, mut all: Vec<Compared>, unit: &str, scale: f64) -> Vec<Remark> {
-    all.sort_by(|a, b| b.score.log_likelihood.total_cmp(&a.score.log_likelihood));
-    let line = |(rank, one): (usize, Compared)| {
-        Remark::whole(format!(
-            "{what}, {}. of the maps by held-out likelihood: {}, {:.3} {unit} rms, log likelihood {:.2}, coverage {:.1} %",
-            rank + 1,
-            one.name,
-            one.score.rms * scale,
-            one.score.log_likelihood - scale.ln(),
-            100.0 * one.score.coverage
-        ))
-    };
-    all.into_iter().enumerate().map(line).collect()
 }
 
 /// Sessions of runs.

@@ -2,12 +2,10 @@
 
 use super::presses::{Presses, SAME};
 use super::readings::Run;
-use super::{compared, failed};
+use super::failed;
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
-use crate::training::{
-    Compared, PositionOptions, Split, compared_places, for_the_next_run, trained_position,
-};
+use crate::training::{PositionOptions, Split, for_the_next_run, trained_position};
 use taxel::InputError;
 use taxel::estimation::TrainedArea;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
@@ -17,10 +15,12 @@ use taxel::trained::PositionMap;
 const PLACES: usize = 9;
 const MILLIMETRES: f64 = 1e3;
 
-/// The map of the position, where runs determine one.
+/// The map of the position, where runs determine one; with `rest`, of readings that are moved from the rest
+/// of each run to that.
 pub(super) fn train(
     runs: &[Run],
     area: &TrainedArea,
+    rest: Option<&[f64]>,
     found: &mut Outcome,
 ) -> Result<Option<PositionMap>, InputError> {
     let placed = runs.iter().filter(|run| run.placed && has_places(run));
@@ -28,7 +28,7 @@ pub(super) fn train(
     let Some(name) = placed.last().map(|run| run.name.as_str()) else {
         return Ok(None);
     };
-    let mut presses = Presses::of(&placed, &mut found.remarks);
+    let mut presses = Presses::of(&placed, rest, &mut found.remarks);
     if presses.count() < PLACES {
         found.remarks.push(Remark::whole(format!(
             "place: {} presses show no place; at least {PLACES} all over the area are needed",
@@ -44,17 +44,7 @@ pub(super) fn train(
     let (mut map, tried, best) =
         trained_position(&presses.rows, &splits, &candidates).map_err(failed)?;
     let held_out = &tried[best];
-    let last = splits.last().cloned().unwrap_or_default();
-    let [train, test] = [&last.train, &last.test].map(|rows| presses.rows.taken(rows));
-    let mut all = compared_places(&train, &test).map_err(failed)?;
-    all.push(Compared {
-        name: String::from(SURFACE),
-        score: held_out.last_score(),
-    });
-    found.remarks.push(why(&all));
-    found
-        .remarks
-        .extend(compared("place", all, "mm along an axis", MILLIMETRES));
+    map.tared = rest.is_some();
     let options = &candidates[best];
     found.remarks.push(Remark::whole(format!(
         "place: surface of {} x {}{} intervals, smoothing {}, without the first {:.0} % of the presses{}; best of {} by the \
@@ -131,9 +121,6 @@ fn has_places(run: &Run) -> bool {
     places.len() >= PLACES
 }
 
-/// Name of the map that is kept.
-const SURFACE: &str = "inverted surface";
-
 /// Surfaces that are tried: which presses of a run count less is not asked of several runs.
 fn candidates(deep: bool, presses: &Presses, whole_runs: bool) -> Vec<PositionOptions> {
     let of_all = |options: &PositionOptions| {
@@ -169,33 +156,6 @@ fn candidates(deep: bool, presses: &Presses, whole_runs: bool) -> Vec<PositionOp
         }
     }
     all.into_iter().filter(of_all).collect()
-}
-
-/// Why the surface is kept, or what would have been better.
-fn why(all: &[Compared]) -> Remark {
-    let likelihood = |one: &&Compared| one.score.log_likelihood;
-    let others = all.iter().filter(|one| one.name != SURFACE);
-    let other = others.max_by(|a, b| likelihood(a).total_cmp(&likelihood(b)));
-    let surface = all.iter().find(|one| one.name == SURFACE);
-    let Some((surface, other)) = surface.zip(other) else {
-        return Remark::whole("place: the inverted surface is the only map");
-    };
-    let gain = surface.score.log_likelihood - other.score.log_likelihood;
-    Remark::whole(if gain >= 0.0 {
-        format!(
-            "place: the inverted surface is kept: a held-out coordinate is {:.1} times as likely under it as under the next, \
-             {}",
-            gain.exp(),
-            other.name
-        )
-    } else {
-        format!(
-            "place: the inverted surface is kept although {} predicts these rows better ({:.1} times as likely), because it \
-             alone recognises frames unlike all indentations; more indentations help it most",
-            other.name,
-            (-gain).exp()
-        )
-    })
 }
 
 /// Residuals, ranges and figures.

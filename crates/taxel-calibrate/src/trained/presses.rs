@@ -55,14 +55,15 @@ enum Contact {
 }
 
 impl Presses {
-    /// Those of the runs, with what is said of each.
-    pub(super) fn of(runs: &[&Run], remarks: &mut Vec<Remark>) -> Self {
+    /// Those of the runs, with what is said of each; with `rest` the readings of each are moved from its own
+    /// rest to that.
+    pub(super) fn of(runs: &[&Run], rest: Option<&[f64]>, remarks: &mut Vec<Remark>) -> Self {
         let mut all = Self::default();
         let places = || runs.iter().flat_map(|run| run.session.place.rows());
         let along = |axis: usize| span(places().map(|row| row[axis]));
         let by_height = along(2) > ONE_DEPTH * along(0).max(along(1));
         for run in runs {
-            remarks.push(all.add(run, by_height));
+            remarks.push(all.add(run, by_height, rest));
         }
         if by_height {
             return all;
@@ -77,20 +78,31 @@ impl Presses {
     }
 
     /// Adds the presses of a run; the third of their places is the height, or the force.
-    fn add(&mut self, run: &Run, by_height: bool) -> Remark {
+    fn add(&mut self, run: &Run, by_height: bool, rest: Option<&[f64]>) -> Remark {
         let session = &run.session;
         let reach = session.sensor.longest_step();
         let places = session.place.times().iter().zip(session.place.rows());
         let force_at = |time: f64| Some(session.force.as_ref()?.at(time, reach)?[0]);
+        let own = session.baseline();
+        let moved = |frame: &mut [f64]| {
+            for ((value, own), rest) in frame.iter_mut().zip(&own).zip(rest.into_iter().flatten()) {
+                *value += rest - own;
+            }
+        };
         let read = places.filter_map(|(time, place)| {
-            let frame = session.sensor.at(*time, reach)?;
+            let mut frame = session.sensor.at(*time, reach)?;
+            moved(&mut frame);
             Some((*time, frame, place, force_at(*time)))
         });
         let read: Vec<_> = read.collect();
         let stays = stays(read.iter().map(|(_, _, place, _)| [place[0], place[1]]));
         let frames: Vec<&Vec<f64>> = read.iter().map(|(_, frame, ..)| frame).collect();
         let empty = match &session.force {
-            Some(_) => Some(session.baseline()),
+            Some(_) => {
+                let mut empty = own.clone();
+                moved(&mut empty);
+                Some(empty)
+            }
             None => Rest::of(&frames, &stays).map(|rest| rest.mean.clone()),
         };
         let (contact, touches) = contacts(session, &frames, &stays, by_height, |row| read[row].3);

@@ -388,7 +388,8 @@ fn table(
         Series::new(times, values.collect())
     };
     let rising = || data.error("time", "the times do not rise", "correct the times");
-    let all: Vec<usize> = rows.clone().filter(whole).collect();
+    let placed: Vec<usize> = rows.clone().filter(whole).collect();
+    let all: Vec<usize> = rows.clone().collect();
     let weighed: Vec<usize> = rows
         .filter(|row| data.number(*row, force).is_some())
         .collect();
@@ -402,14 +403,22 @@ fn table(
             components.push((component, series(&known, &[column]).ok_or_else(rising)?));
         }
     }
-    if all.len() < 2 {
+    if placed.len() < 2 {
         return Err(data.error("x", "fewer than two rows have a place", "fill the columns"));
+    }
+    if placed.len() < all.len() {
+        remarks.push(Remark::whole(format!(
+            "{}: {} of {} rows have no place; they are readings of the rest, of forces and of pauses",
+            file.name,
+            all.len() - placed.len(),
+            all.len()
+        )));
     }
     Ok(Run {
         name: file.name.clone(),
         session: Session {
             sensor: series(&all, &readings).ok_or_else(rising)?,
-            place: series(&all, &[x, y, z]).ok_or_else(rising)?,
+            place: series(&placed, &[x, y, z]).ok_or_else(rising)?,
             force: series(&weighed, &[force]).filter(|force| force.times().len() > 1),
             components,
             rest: None,

@@ -450,6 +450,7 @@ fn fit(rows: &PlacedRows, options: PositionOptions) -> Result<PositionMap, Train
         depth_factor: 1.0,
         largest_misfit: f64::INFINITY,
         by_force: rows.by_force,
+        tared: false,
     })
 }
 

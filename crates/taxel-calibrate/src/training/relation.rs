@@ -2,9 +2,10 @@
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
-use taxel::trained::{Relation, Standard, TrainingError};
+use taxel::trained::{CONTRADICTS, Relation, Standard, TrainingError};
 
-use super::blocks_of_time;
+use super::force::Fold;
+use super::{Session, blocks_of_time};
 
 /// Rows that a relation is learned from at most; more teach it nothing.
 const MOST_ROWS: usize = 4000;
@@ -18,25 +19,27 @@ const FEWEST: usize = 4;
 const BLOCKS: usize = 5;
 pub(super) const OF_ONE_RUN: f64 = 3.0;
 
-/// The relation of the channels of `runs`, rows of readings each, `tared` or as they come.
-/// Deviation and largest misfit are those of runs, or blocks of the only one, that are held out.
+/// The relation of the channels of `runs`, of readings less those at rest or as they come, without what is
+/// left out. Deviations and largest misfit are those of runs, or blocks of the only one, that are held out.
 /// None for fewer than four channels.
 ///
 /// # Errors
 /// [`TrainingError`] without rows, or where no channel changes.
 pub(crate) fn trained_relation(
-    runs: &[Vec<Vec<f64>>],
+    runs: &[Session],
+    except: Option<&Fold>,
     tared: bool,
 ) -> Result<Option<Relation>, TrainingError> {
+    let runs = runs.iter().enumerate().filter(|(_, run)| !tared || run.force.is_some());
+    let runs: Vec<Vec<Vec<f64>>> = runs.map(|run| rows_of(run, except, tared)).collect();
     let count: usize = runs.iter().map(Vec::len).sum();
     let step = count.div_ceil(MOST_ROWS).max(1);
-    let thin = |run: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-        let rows = run.iter().step_by(step);
-        let whole = rows.filter(|row| row.iter().all(|value| value.is_finite()));
-        whole.cloned().collect()
-    };
-    let runs: Vec<Vec<Vec<f64>>> = runs.iter().map(thin).collect();
+    let thin = |run: Vec<Vec<f64>>| run.into_iter().step_by(step).collect();
+    let runs: Vec<Vec<Vec<f64>>> = runs.into_iter().map(thin).filter(|run: &Vec<_>| !run.is_empty()).collect();
     let all: Vec<Vec<f64>> = runs.iter().flatten().cloned().collect();
+    if all.is_empty() {
+        return Ok(None);
+    }
     let mut standard = Standard::of(&all)?;
     let width = standard.used.len();
     if width < FEWEST {
@@ -45,14 +48,8 @@ pub(crate) fn trained_relation(
     if tared {
         standard.centre.fill(0.0);
     }
-    let scaled: Vec<Vec<Vec<f64>>> = runs
-        .iter()
-        .map(|run| {
-            run.iter()
-                .filter_map(|row| standard.apply(row).ok())
-                .collect()
-        })
-        .collect();
+    let scaled = |run: &Vec<Vec<f64>>| run.iter().filter_map(|row| standard.apply(row).ok()).collect();
+    let scaled: Vec<Vec<Vec<f64>>> = runs.iter().map(scaled).collect();
     let (parts, factor): (Vec<&[Vec<f64>]>, f64) = match &scaled[..] {
         [one] => {
             let blocks = blocks_of_time(one.len(), BLOCKS);
@@ -63,8 +60,9 @@ pub(crate) fn trained_relation(
         }
         several => (several.iter().map(Vec::as_slice).collect(), 1.0),
     };
-    let mut squares = vec![0.0; width];
-    let (mut rows, mut largest) = (0.0, 0.0_f64);
+    let mut largest = 0.0_f64;
+    // Of each channel: what held-out frames differ by from what the others say, with the load of the others.
+    let mut residuals: Vec<Vec<[f64; 2]>> = vec![Vec::new(); width];
     for (number, part) in parts.iter().enumerate() {
         let others = parts
             .iter()
@@ -72,30 +70,75 @@ pub(crate) fn trained_relation(
             .filter(|(other, _)| *other != number);
         let others: Vec<&[Vec<f64>]> = others.map(|(_, part)| *part).collect();
         let precision = precision(&others, width)?;
-        for row in *part {
-            rows += 1.0;
+        let frames = Mat::from_fn(part.len(), width, |i, j| part[i][j]);
+        let products = &frames * &precision;
+        for (k, row) in part.iter().enumerate() {
+            let square: f64 = row.iter().map(|z| z * z).sum();
             let mut misfit = 0.0;
             for i in 0..width {
-                let product: f64 = (0..width).map(|j| precision[(i, j)] * row[j]).sum();
+                let product = products[(k, i)];
                 misfit += row[i] * product;
-                squares[i] += (product / precision[(i, i)]).powi(2);
+                let load = (square - row[i] * row[i]).max(0.0).sqrt();
+                residuals[i].push([product / precision[(i, i)], load]);
             }
             largest = largest.max(misfit);
         }
     }
     let whole: Vec<&[Vec<f64>]> = scaled.iter().map(Vec::as_slice).collect();
     let precision = precision(&whole, width)?;
-    let deviation = |square: &f64| (factor * (square / f64::max(rows, 1.0)).sqrt()).max(1e-6);
+    let [deviation, of_load] = deviations(&residuals, factor);
     Ok(Some(Relation {
         tared,
         precision: (0..width)
             .flat_map(|i| (0..=i).map(move |j| (i, j)))
             .map(|(i, j)| precision[(i, j)])
             .collect(),
-        deviation: squares.iter().map(deviation).collect(),
+        deviation,
+        of_load,
         largest_misfit: (factor * factor * largest).max(width as f64),
         standard,
     }))
+}
+
+/// Whole frames of a run that are not left out, less the rest where that is wanted.
+fn rows_of((number, run): (usize, &Session), except: Option<&Fold>, tared: bool) -> Vec<Vec<f64>> {
+    let rest = if tared { run.baseline() } else { vec![0.0; run.sensor.width()] };
+    let frames = run.sensor.times().iter().zip(run.sensor.rows());
+    let frames = frames.filter(|(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
+    let less = |row: &Vec<f64>| -> Vec<f64> { row.iter().zip(&rest).map(|(x, b)| x - b).collect() };
+    let frames = frames.map(|(_, row)| less(row));
+    frames.filter(|row| row.iter().all(|value| value.is_finite())).collect()
+}
+
+/// Deviations of the channels about what the others say, of an empty body and per load of the others: so wide
+/// that no frame that was held out is farther on any channel than half of what contradicts. Few presses are on
+/// each channel, so none gets by with less per load than half of the channels have.
+fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> [Vec<f64>; 2] {
+    let mean = |squares: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), s| (sum + s, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    let of_channel = |own: &Vec<[f64; 2]>| {
+        let middle = median(own.iter().map(|[_, load]| *load).collect());
+        let mut light = own.iter().filter(|[_, load]| *load <= middle).map(|[off, _]| off * off);
+        let base = mean(&mut light).sqrt().max(LEAST.sqrt());
+        let loaded = own.iter().filter(|[_, load]| *load > middle);
+        let mut of_load = loaded.map(|[off, load]| (off * off - base * base).max(0.0) / (load * load));
+        (base, mean(&mut of_load).sqrt())
+    };
+    let (base, mut of_load): (Vec<f64>, Vec<f64>) = residuals.iter().map(of_channel).unzip();
+    let usual = median(of_load.clone());
+    of_load.iter_mut().for_each(|own| *own = own.max(usual));
+    let farthest = residuals.iter().zip(base.iter().zip(&of_load)).flat_map(|(own, (base, of_load))| {
+        own.iter().map(move |[off, load]| off.abs() / base.hypot(of_load * load))
+    });
+    let wider = (farthest.fold(0.0, f64::max) / (0.5 * CONTRADICTS)).max(1.0);
+    [base, of_load].map(|own| own.into_iter().map(|deviation| factor * wider * deviation).collect())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Inverse of the second moments of rows of scaled channels.

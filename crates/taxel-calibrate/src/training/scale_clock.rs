@@ -8,10 +8,19 @@
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
-use taxel::trained::{MemoryLaw, Polynomial, TrainingError};
+use taxel::trained::{Block, TrainingError};
 
-use super::force::{features_of, trained_force};
-use super::{ForceOptions, Session};
+use super::{Quick, Session};
+
+/// Features of the map whose errors show a clock.
+const RICH: [Block; 6] = [
+    Block::Channels,
+    Block::Powers,
+    Block::Sums,
+    Block::Products,
+    Block::SlowSums,
+    Block::Slow,
+];
 
 /// A scale with a clock of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,25 +58,11 @@ impl ScaleClock {
     /// # Errors
     /// [`TrainingError`].
     pub fn of(run: &Session) -> Result<Option<Self>, TrainingError> {
-        let options = ForceOptions {
-            polynomial: Polynomial { degree: 2 },
-            memory: MemoryLaw {
-                creep_times: vec![1.0, 3.0, 10.0, 30.0, 100.0],
-                play_thresholds: Vec::new(),
-            },
-            ..ForceOptions::default()
-        };
-        let (map, _) = trained_force(std::slice::from_ref(run), &options)?;
-        let readings = features_of(&map, run)?;
-        let rows = readings.features.iter().zip(&readings.force);
-        let errors: Vec<f64> = rows
-            .map(|(row, force)| map.ridge.mean(row) - force)
-            .collect();
-        Ok(Self::fitted(
-            &readings.times,
-            &errors,
-            &slopes(&readings.times, &readings.force),
-        ))
+        let quick = Quick::of(std::slice::from_ref(run))?;
+        let errors = quick.own_errors(&RICH)?;
+        let [times, readings, errors] =
+            [0, 1, 2].map(|column| errors.iter().map(|row| row[column]).collect::<Vec<f64>>());
+        Ok(Self::fitted(&times, &errors, &slopes(&times, &readings)))
     }
 
     /// The clock whose ages, times the slopes of the force (N/s), leave least of the errors (N).

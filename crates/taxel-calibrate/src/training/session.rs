@@ -124,6 +124,10 @@ impl Session {
         let moved = |row: &Vec<f64>| row.iter().zip(start).any(|(a, b)| (a - b).abs() > MOVED);
         let begin = self.place.rows().iter().position(moved);
         let begin = begin.map_or(f64::INFINITY, |row| self.place.times()[row]);
+        // A place that is written from the first press on begins with it.
+        let first = self.place.times()[0];
+        let late = first - self.sensor.times()[0] > APART * self.sensor.usual_step();
+        let begin = if late { first } else { begin };
         let pressed = self.first_force().unwrap_or(f64::INFINITY);
         let before = |time: f64| self.sensor.times().partition_point(|t| *t < time);
         let still = if pressed < begin {

@@ -350,8 +350,17 @@ impl TrainedReader {
             .collect();
         let position = self.position.as_mut();
         // A frame unlike all training indentations determines no position.
+        let tared = position.as_ref().is_some_and(|position| position.map().tared);
+        let moved: Vec<f64> = match &self.maps.rest {
+            Some(trained) if tared => {
+                let rests = self.rest.iter().zip(&trained.mean);
+                let values = values.iter().zip(rests);
+                values.map(|(value, (own, trained))| value - own + trained).collect()
+            }
+            _ => values.clone(),
+        };
         let position = position
-            .map(|map| map.estimate_open(values, &open))
+            .map(|map| map.estimate_open(&moved, &open))
             .transpose()?
             .filter(|position| position.support == Support::Trained);
         let pressed =
@@ -682,7 +691,7 @@ impl Reader for TrainedReader {
                 Drift::None
             },
             rest: RestRules {
-                refused: self.maps.force.is_none().then_some(without_force),
+                refused: self.maps.rest.is_none().then_some(without_force),
                 at_start: true,
                 channels_per_unit: 1,
                 unit: "channel",

@@ -1,19 +1,18 @@
-//! Channels to force, with the memory of the body.
+//! Channels to forces, with the memory of the body.
 //!
-//! Features are the products of the tared channels up to a degree, and for
-//! each channel what it did lately ([`MemoryLaw`]); a Bayesian linear map
-//! ([`Ridge`]) takes them to the force. All features follow the stream of
-//! frames, so training and live use do the same.
+//! A force is the mean of several maps from simple to rich, each linear in some of the features of the
+//! stream of frames ([`FeatureLaw`]), with the shares that best predict what was held out. Where they
+//! disagree little is known, and the deviation says so.
 
 use serde::{Deserialize, Serialize};
-use taxel_numerics::dense::{dot, long_dot};
+use taxel_numerics::dense::long_dot;
 
-use super::memory::Memory;
+use super::features::Slopes;
 use super::{
-    Estimate, MemoryLaw, Polynomial, Ridge, SURELY, Standard, Support, TrainingError, USUAL,
+    Block, Estimate, FeatureLaw, FeatureStream, SURELY, Standard, Support, TrainingError, USUAL,
 };
 
-/// What a map errs by is known, from frames that were held out, up to this share of the leverage from
+/// What a map errs by is known, from frames that were held out, up to this share of the distance from
 /// which on a frame is outside.
 const FARTHEST: f64 = 0.5;
 
@@ -21,21 +20,33 @@ const FARTHEST: f64 = 0.5;
 /// minutes of training.
 const BY_CHANCE: f64 = 1.5;
 
-/// Factors on the deviation by the level of the estimate, from held-out errors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Deviation of an estimate within its run: it grows with the size of the estimate and with what the maps
+/// differ by.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Intervals {
-    /// Upper ends of all ranges but the last, rising, in the target's unit.
-    pub levels: Vec<f64>,
-    /// Factor in each range.
-    pub factors: Vec<f64>,
+pub struct ErrorLaw {
+    /// At zero of maps that agree, SI.
+    pub constant: f64,
+    /// Per size of the estimate.
+    pub of_size: f64,
+    /// Per deviation of the maps from their mean.
+    pub of_difference: f64,
 }
 
-impl Intervals {
-    /// The factor at an estimate.
-    pub fn at(&self, estimate: f64) -> f64 {
-        let range = self.levels.partition_point(|level| *level <= estimate);
-        self.factors.get(range).copied().unwrap_or(1.0)
+impl ErrorLaw {
+    /// The deviation of an estimate of maps that differ by `difference`, SI.
+    pub fn at(&self, estimate: f64, difference: f64) -> f64 {
+        self.constant + self.of_size * estimate.abs() + self.of_difference * difference
+    }
+
+    /// The law of deviations `factor` times as large.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            constant: factor * self.constant,
+            of_size: factor * self.of_size,
+            of_difference: factor * self.of_difference,
+        }
     }
 }
 
@@ -106,131 +117,136 @@ impl Component {
     }
 }
 
-/// Map of the features of the pressing force to another component.
+/// One of the maps of a force: a sum of the features of some blocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MemberMap {
+    /// Its share in the estimate.
+    pub share: f64,
+    /// Blocks of features that it takes.
+    pub blocks: Vec<Block>,
+    /// Estimate where all features are zero, SI.
+    pub constant: f64,
+    /// Weights of the features of its blocks, one after the other.
+    pub weights: Vec<f64>,
+}
+
+impl MemberMap {
+    /// Its estimate for all features of a frame, SI.
+    pub fn estimate(&self, law: &FeatureLaw, features: &[f64]) -> f64 {
+        let mut weights = &self.weights[..];
+        let mut sum = self.constant;
+        for block in &self.blocks {
+            let features = &features[law.range(*block)];
+            let (own, others) = weights.split_at(features.len());
+            sum += long_dot(own, features);
+            weights = others;
+        }
+        sum
+    }
+}
+
+/// The map of a force or of a component of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MixedMap {
+    /// Maps with shares that sum to one.
+    pub members: Vec<MemberMap>,
+    /// Deviation within a run, of which 1.96 hold 95 % of what was held out.
+    pub error: ErrorLaw,
+    /// Differences between runs.
+    pub between_runs: BetweenRuns,
+    /// Least and largest value of training, SI.
+    pub range: [f64; 2],
+}
+
+impl MixedMap {
+    /// Estimate for all features of a frame, and the deviation of the maps from their mean, SI.
+    pub fn estimate(&self, law: &FeatureLaw, features: &[f64]) -> [f64; 2] {
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (count, member) in (1..).zip(&self.members) {
+            let value = member.estimate(law, features);
+            sum += member.share * value;
+            let off = value - mean;
+            mean += off / f64::from(count);
+            square += off * (value - mean);
+        }
+        let count = self.members.len().max(1) as f64;
+        [sum, (square / count).sqrt()]
+    }
+
+    /// Deviation of an estimate of maps that differ by `difference`, SI.
+    pub fn deviation(&self, estimate: f64, difference: f64) -> f64 {
+        self.error.at(estimate, difference).hypot(self.between_runs.at(estimate))
+    }
+
+    /// Weight of every feature in the estimate.
+    fn weights(&self, law: &FeatureLaw) -> Vec<f64> {
+        let mut sums = vec![0.0; law.len()];
+        for member in &self.members {
+            let mut weights = member.weights.iter();
+            for block in &member.blocks {
+                for (sum, weight) in sums[law.range(*block)].iter_mut().zip(&mut weights) {
+                    *sum += member.share * weight;
+                }
+            }
+        }
+        sums
+    }
+
+    fn is_sound(&self, law: &FeatureLaw) -> bool {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let positive = |values: &[f64]| finite(values) && values.iter().all(|value| *value >= 0.0);
+        let member = |member: &MemberMap| {
+            let count: usize = member.blocks.iter().map(|block| law.count(*block)).sum();
+            let mut blocks = member.blocks.clone();
+            blocks.dedup();
+            member.weights.len() == count
+                && blocks.len() == member.blocks.len()
+                && finite(&member.weights)
+                && finite(&[member.constant])
+                && positive(&[member.share])
+        };
+        let ErrorLaw {
+            constant,
+            of_size,
+            of_difference,
+        } = self.error;
+        !self.members.is_empty()
+            && self.members.iter().all(member)
+            && positive(&[constant, of_size, of_difference])
+            && positive(&[self.between_runs.offset, self.between_runs.gain])
+            && finite(&self.range)
+    }
+}
+
+/// Map of another component than the pressing force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ComponentMap {
     /// The component.
     pub component: Component,
-    /// Component from features, SI.
-    pub ridge: Ridge,
-    /// Factor on its deviation within a run, from held-out errors.
-    pub interval_factor: f64,
-    /// Differences between runs; files of before 2026-11-27 have none.
-    #[serde(default)]
-    pub between_runs: BetweenRuns,
-    /// Least and largest component of training, SI; older files have none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<[f64; 2]>,
-}
-
-impl ComponentMap {
-    /// Deviation of an estimate, whose deviation within its run is `deviation` before the factor.
-    pub fn deviation(&self, estimate: f64, deviation: f64) -> f64 {
-        let within = self.interval_factor * deviation;
-        within.hypot(self.between_runs.at(estimate))
-    }
-}
-
-/// Products of what the whole body shows and what it did lately: creep depends on the load.
-///
-/// The directions are those in which the scaled channels of training vary most; a feature is the
-/// product of one of them now, uᵢ = dᵢᵀz, and of the creep along another, dⱼᵀ(z − q).
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Mixed {
-    /// Directions in the scaled channels, a row each; none: no products.
-    pub directions: Vec<Vec<f64>>,
-    /// Numbers of the creep times that are multiplied.
-    pub times: Vec<usize>,
-}
-
-impl Mixed {
-    /// Number of features.
-    pub fn count(&self) -> usize {
-        self.times.len() * self.directions.len().pow(2)
-    }
-
-    /// Along each direction, what the channels from `first` on show.
-    fn along<'a>(&'a self, linear: &'a [f64], first: usize) -> impl Iterator<Item = f64> + 'a {
-        let of =
-            move |direction: &Vec<f64>| long_dot(direction, &linear[first..][..direction.len()]);
-        self.directions.iter().map(of)
-    }
-
-    /// Appends the features of channels and memory.
-    fn expand(&self, linear: &[f64], features: &mut Vec<f64>) {
-        let width = self.directions.first().map_or(0, Vec::len);
-        let now: Vec<f64> = self.along(linear, 0).collect();
-        for time in &self.times {
-            for creep in self.along(linear, (time + 1) * width) {
-                features.extend(now.iter().map(|now| now * creep));
-            }
-        }
-    }
-
-    /// By how much Σ wₖ fₖ of the features changes with each channel and with its creep, added to
-    /// the rows of `slopes`: the channels, then one for each creep time.
-    fn slopes(&self, weights: &[f64], linear: &[f64], slopes: &mut [f64]) {
-        let count = self.directions.len();
-        let width = self.directions.first().map_or(0, Vec::len);
-        let now: Vec<f64> = self.along(linear, 0).collect();
-        let mut add = |row: usize, direction: &[f64], slope: f64| {
-            let row = slopes[row * width..][..width].iter_mut().zip(direction);
-            row.for_each(|(sum, share)| *sum += slope * share);
-        };
-        for (time, weights) in self.times.iter().zip(weights.chunks(count.pow(2).max(1))) {
-            let creep = self.along(linear, (time + 1) * width);
-            let rows = self.directions.iter().zip(weights.chunks(count)).zip(creep);
-            for ((direction, weights), creep) in rows {
-                add(time + 1, direction, dot(&now, weights));
-                for (direction, weight) in self.directions.iter().zip(weights) {
-                    add(0, direction, weight * creep);
-                }
-            }
-        }
-    }
-
-    fn is_sound(&self, channels: usize, times: usize) -> bool {
-        let whole = |row: &Vec<f64>| row.len() == channels && row.iter().all(|x| x.is_finite());
-        self.directions.len() <= channels
-            && self.directions.iter().all(whole)
-            && self.times.iter().all(|time| *time < times)
-    }
+    /// Its map, of the same features.
+    pub map: MixedMap,
 }
 
 /// A trained map from channels to force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceMap {
-    /// Channels and their scale; the centre is the baseline's and stays zero.
+    /// Channels and their scale; the centre is that of the rest and stays zero.
     pub standard: Standard,
-    /// True if the reciprocals of the readings are used, as of resistances that fall with 1/F.
-    #[serde(default)]
-    pub reciprocal: bool,
-    /// Degree of the products.
-    pub polynomial: Polynomial,
-    /// Memory of each channel.
-    pub memory: MemoryLaw,
-    /// Root mean square of each memory feature of creep over training.
-    pub memory_spread: Vec<f64>,
-    /// For each creep time the largest slow part of the channels over training: the root sum square of
-    /// all, in deviations of the channels; none of an older map.
-    #[serde(default)]
+    /// Features of all maps.
+    pub law: FeatureLaw,
+    /// The pressing force, N.
+    pub pressing: MixedMap,
+    /// Root mean square of each component over training.
+    pub spread: Vec<f64>,
+    /// Square of the distance of the components from zero, each over its spread, above which a frame is
+    /// unlike those of training.
+    pub farthest: f64,
+    /// For each time of the memory the largest of what it held over training.
     pub slow_reach: Vec<f64>,
-    /// Products of the body's state and its creep.
-    #[serde(default)]
-    pub mixed: Mixed,
-    /// Force from features, N.
-    pub ridge: Ridge,
-    /// Factors on its deviation.
-    pub intervals: Intervals,
-    /// Differences between runs.
-    pub between_runs: BetweenRuns,
-    /// Least and largest force of training, N.
-    pub range: [f64; 2],
-    /// Leverage above which a frame is unlike those of training.
-    pub largest_leverage: f64,
     /// Longest step between frames over which memory is kept, s.
     pub longest_step: f64,
     /// By how much the scale of training came after the sensor, s.
@@ -243,49 +259,29 @@ pub struct ForceMap {
 impl ForceMap {
     /// Checks that the parts of a map from a file belong together.
     pub(super) fn check(&self) -> Result<(), TrainingError> {
-        let channels = self.standard.used.len();
-        let (times, thresholds) = (&self.memory.creep_times, &self.memory.play_thresholds);
         let sound = |least: f64| move |value: &f64| *value >= least && value.is_finite();
-        let memory =
-            times.iter().all(sound(f64::MIN_POSITIVE)) && thresholds.iter().all(sound(0.0));
-        let degree = (1..=3).contains(&self.polynomial.degree);
-        let features = if degree { self.products() } else { 0 };
-        let features = features + channels * (times.len() + thresholds.len());
-        let features = features + self.mixed.count();
-        let intervals = self.intervals.factors.len() == self.intervals.levels.len() + 1;
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        let positive = |values: &[f64]| finite(values) && values.iter().all(|value| *value >= 0.0);
-        let between = [self.between_runs.offset, self.between_runs.gain];
+        let (law, width) = (&self.law, self.standard.used.len());
+        let standard = self.standard.is_sound() && law.is_sound(width);
+        if !standard {
+            return Err(TrainingError::Unsound { table: "law" });
+        }
         for (sound, table) in [
-            (self.standard.is_sound(), "standard"),
-            (degree, "polynomial"),
-            (memory, "memory"),
+            (self.pressing.is_sound(law), "pressing"),
             (
-                self.memory_spread.len() == channels * times.len() && positive(&self.memory_spread),
-                "memory_spread",
+                self.spread.len() == law.components
+                    && self.spread.iter().all(sound(f64::MIN_POSITIVE)),
+                "spread",
             ),
+            (self.farthest > 0.0, "farthest"),
             (
-                [0, times.len()].contains(&self.slow_reach.len()) && positive(&self.slow_reach),
+                self.slow_reach.len() + 1 == law.times.len()
+                    && self.slow_reach.iter().all(sound(0.0)),
                 "slow_reach",
             ),
-            (self.mixed.is_sound(channels, times.len()), "mixed"),
-            (self.ridge.is_sound(features), "ridge"),
+            (sound(0.0)(&self.longest_step), "longest_step"),
+            (self.offset.is_finite(), "offset"),
             (
-                intervals && finite(&self.intervals.levels) && positive(&self.intervals.factors),
-                "intervals",
-            ),
-            (positive(&between), "between_runs"),
-            (finite(&self.range), "range"),
-            (self.largest_leverage > 0.0, "largest_leverage"),
-            (positive(&[self.longest_step]), "longest_step"),
-            (
-                self.components.iter().all(|map| {
-                    let between = [map.between_runs.offset, map.between_runs.gain];
-                    map.ridge.is_sound(features)
-                        && map.range.is_none_or(|range| finite(&range))
-                        && positive(&[map.interval_factor])
-                        && positive(&between)
-                }),
+                self.components.iter().all(|one| one.map.is_sound(law)),
                 "components",
             ),
         ] {
@@ -296,146 +292,16 @@ impl ForceMap {
         Ok(())
     }
 
-    /// A reading less the one at rest; of reciprocals r − r²/x, which is the same for small
-    /// changes.
-    pub fn tared(&self, reading: f64, rest: f64) -> f64 {
-        if self.reciprocal {
-            rest - rest * rest / reading
-        } else {
-            reading - rest
-        }
+    /// Square of the distance of components from those of rest, each over its spread.
+    pub fn distance(&self, components: &[f64]) -> f64 {
+        let terms = components.iter().zip(&self.spread);
+        terms.map(|(u, spread)| (u / spread).powi(2)).sum()
     }
 
-    /// Number of products, the constant among them.
-    pub fn products(&self) -> usize {
-        self.polynomial.count(self.standard.used.len())
-    }
-
-    /// Products of the channels, then the memory features and their products.
-    pub fn complete(&self, linear: &[f64]) -> Vec<f64> {
-        let (channels, memory) = linear.split_at(self.standard.used.len());
-        let mut features = Vec::with_capacity(self.ridge.weights().len());
-        self.polynomial.expand(channels, &mut features);
-        features.extend_from_slice(memory);
-        self.mixed.expand(linear, &mut features);
-        features
-    }
-
-    /// By how much a map of the features changes with each channel, then with each memory feature.
-    fn slopes(&self, ridge: &Ridge, linear: &[f64]) -> Vec<f64> {
-        let width = self.standard.used.len();
-        let (products, others) = ridge.weights().split_at(self.products());
-        let (memory, mixed) = others.split_at(others.len() - self.mixed.count());
-        let mut slopes = vec![0.0; width];
-        slopes.extend_from_slice(memory);
-        let (channels, _) = linear.split_at(width);
-        self.polynomial
-            .slopes(products, channels, &mut slopes[..width]);
-        self.mixed.slopes(mixed, linear, &mut slopes);
-        slopes
-    }
-
-    /// Estimate, variance without the factors, and leverage.
-    pub fn raw(&self, features: &[f64]) -> (f64, f64, f64) {
-        let leverage = self.ridge.leverage(features);
-        let variance = self.ridge.noise_variance() * (1.0 + leverage);
-        // A scale that never showed less than zero will not do so now.
-        let estimate = self.ridge.mean(features).max(self.range[0]);
-        (estimate, variance, leverage)
-    }
-
-    /// Deviation of an estimate whose variance within its run is `variance`
-    /// before the factors.
-    pub fn deviation(&self, estimate: f64, variance: f64) -> f64 {
-        let within = variance.sqrt() * self.intervals.at(estimate);
-        within.hypot(self.between_runs.at(estimate))
-    }
-
-    /// The estimate for one row of features.
-    pub fn estimate(&self, features: &[f64]) -> Estimate {
-        self.estimate_with_leverage(features).0
-    }
-
-    fn estimate_with_leverage(&self, features: &[f64]) -> (Estimate, f64) {
-        let (value, variance, leverage) = self.raw(features);
-        let outside = leverage > self.largest_leverage;
-        let estimate = Estimate {
-            value,
-            deviation: self.deviation(value, variance),
-            support: if outside {
-                Support::Outside
-            } else {
-                Support::Trained
-            },
-        };
-        (estimate, leverage)
-    }
-}
-
-/// Scaled channels and their memory, frame by frame.
-#[derive(Debug, Clone)]
-pub struct FeatureStream {
-    baseline: Vec<f64>,
-    memory: Memory,
-    last: Option<f64>,
-    linear: Vec<f64>,
-    /// By how much each tared reading changes with the reading.
-    slopes: Vec<f64>,
-}
-
-impl FeatureStream {
-    /// A stream of a device at rest with the readings `baseline`.
-    pub fn new(map: &ForceMap, baseline: Vec<f64>) -> Self {
-        Self {
-            memory: Memory::at_rest(&map.memory, map.standard.used.len()),
-            baseline,
-            last: None,
-            linear: Vec::new(),
-            slopes: Vec::new(),
-        }
-    }
-
-    /// Scaled channels and their memory, after the last frame.
-    pub fn linear(&self) -> &[f64] {
-        &self.linear
-    }
-
-    /// Takes the frame at `time`, s.
-    ///
-    /// # Errors
-    /// [`TrainingError`] for a frame of another length or with a missing
-    /// reading; the frame then leaves no trace.
-    pub fn push(&mut self, map: &ForceMap, time: f64, frame: &[f64]) -> Result<(), TrainingError> {
-        let expected = map.standard.channels;
-        let found = frame.len().min(self.baseline.len());
-        if found != expected {
-            return Err(TrainingError::Channels { found, expected });
-        }
-        let tared: Vec<f64> = frame
-            .iter()
-            .zip(&self.baseline)
-            .map(|(x, b)| map.tared(*x, *b))
-            .collect();
-        let channels = map.standard.apply(&tared)?;
-        self.slopes.clear();
-        let readings = frame.iter().zip(&self.baseline);
-        self.slopes.extend(readings.map(
-            |(x, b)| {
-                if map.reciprocal { (b / x).powi(2) } else { 1.0 }
-            },
-        ));
-        // Steps of training are kept over; half as much again is an outage.
-        if self
-            .last
-            .is_some_and(|last| time - last > 1.5 * map.longest_step)
-        {
-            self.memory.forget();
-        }
-        self.last = Some(time);
-        self.linear.clear();
-        self.linear.extend_from_slice(&channels);
-        self.memory.push(time, &channels, &mut self.linear);
-        Ok(())
+    /// The map of the pressing force, then those of the other components.
+    fn maps(&self) -> impl Iterator<Item = &MixedMap> {
+        let others = self.components.iter().map(|one| &one.map);
+        std::iter::once(&self.pressing).chain(others)
     }
 }
 
@@ -462,24 +328,28 @@ pub struct BeyondTraining {
 pub struct ForceEstimator {
     map: ForceMap,
     stream: FeatureStream,
-    /// Features of the last frame, and their leverage.
-    features: Vec<f64>,
-    leverage: f64,
+    /// Weights of the features in the estimate of each map.
+    weights: Vec<Vec<f64>>,
+    /// Estimates of the last frame as the maps give them, with what their members differ by.
+    found: Vec<[f64; 2]>,
+    /// Square of the distance of the last frame.
+    distance: f64,
 }
 
 impl ForceEstimator {
-    /// An estimator for a device that rests, with its readings `baseline`.
+    /// An estimator for a device that rests, with its readings `rest`.
     ///
     /// # Errors
-    /// [`TrainingError`] for a baseline of another length or with a missing
-    /// reading, or for a map that was changed by hand.
-    pub fn new(map: ForceMap, baseline: Vec<f64>) -> Result<Self, TrainingError> {
+    /// [`TrainingError`] for readings at rest of another length or with a missing
+    /// one, or for a map that was changed by hand.
+    pub fn new(map: ForceMap, rest: Vec<f64>) -> Result<Self, TrainingError> {
         map.check()?;
-        map.standard.apply(&baseline)?;
+        map.standard.apply(&rest)?;
         Ok(Self {
-            stream: FeatureStream::new(&map, baseline),
-            features: Vec::new(),
-            leverage: 0.0,
+            stream: FeatureStream::new(&map.law, rest, map.longest_step),
+            weights: map.maps().map(|one| one.weights(&map.law)).collect(),
+            found: Vec::new(),
+            distance: 0.0,
             map,
         })
     }
@@ -493,64 +363,69 @@ impl ForceEstimator {
     /// [`TrainingError`] for a frame of another length or with a missing
     /// reading; the frame then leaves no trace.
     pub fn push(&mut self, time: f64, frame: &[f64]) -> Result<Estimate, TrainingError> {
-        self.stream.push(&self.map, time, frame)?;
-        self.features = self.map.complete(&self.stream.linear);
-        let (mut estimate, leverage) = self.map.estimate_with_leverage(&self.features);
-        self.leverage = leverage;
-        let unknown = self.stream.memory.unknown(&self.map.memory_spread);
-        if unknown.iter().any(|unknown| *unknown > 0.0) {
-            let slopes = self.map.slopes(&self.map.ridge, &self.stream.linear);
-            let memory = &slopes[self.map.standard.used.len()..];
+        let map = &self.map;
+        self.stream.push((&map.standard, &map.law), time, frame)?;
+        let features = self.stream.features();
+        self.found.clear();
+        self.found
+            .extend(map.maps().map(|one| one.estimate(&map.law, features)));
+        self.distance = map.distance(self.stream.components());
+        let [value, difference] = self.found[0];
+        // A scale that never showed less than zero will not do so now.
+        let value = value.max(map.pressing.range[0]);
+        let mut deviation = map.pressing.deviation(value, difference);
+        if let Some(unknown) = self.stream.unknown(&map.law) {
+            let memory = self.stream.slopes(&map.law, &self.weights[0]).memory;
             let terms = unknown.iter().zip(memory).map(|(u, w)| (u * w).powi(2));
-            estimate.deviation = estimate.deviation.hypot(terms.sum::<f64>().sqrt());
+            deviation = deviation.hypot(terms.sum::<f64>().sqrt());
         }
-        Ok(estimate)
+        Ok(Estimate {
+            value,
+            deviation,
+            support: if self.distance > map.farthest {
+                Support::Outside
+            } else {
+                Support::Trained
+            },
+        })
     }
 
     /// The other components of the last frame, each with its standard deviation, SI.
     pub fn components(&self) -> Vec<(Component, [f64; 2])> {
-        let maps = &self.map.components;
-        let features = &self.features;
-        if features.is_empty() {
-            return Vec::new();
-        }
-        let estimate = |map: &ComponentMap| {
-            let leverage = map.ridge.leverage(features);
-            let deviation = (map.ridge.noise_variance() * (1.0 + leverage)).sqrt();
-            let value = map.ridge.mean(features);
-            (map.component, [value, map.deviation(value, deviation)])
+        let found = self.found.iter().skip(1);
+        let maps = self.map.components.iter().zip(found);
+        let estimate = |(one, [value, difference]): (&ComponentMap, &[f64; 2])| {
+            let deviation = one.map.deviation(*value, *difference);
+            (one.component, [*value, deviation])
         };
-        maps.iter().map(estimate).collect()
+        maps.map(estimate).collect()
+    }
+
+    /// By how much the maps of the last estimate, then of each other component, differ, SI.
+    pub fn differences(&self) -> impl Iterator<Item = f64> + '_ {
+        self.found.iter().map(|[_, difference]| *difference)
     }
 
     /// The last estimate as the map gives it, also where it is less than any force of training, N.
     pub fn unbounded(&self) -> f64 {
-        self.map.ridge.mean(&self.features)
+        self.found.first().map_or(f64::NAN, |[value, _]| *value)
     }
 
     /// By how much the last estimate, then each other component, changes with the reading of each
     /// channel, SI per unit of a reading.
     pub fn slopes(&self) -> impl Iterator<Item = Vec<ChannelSlope>> + '_ {
-        let others = self.map.components.iter().map(|map| &map.ridge);
-        let ridges = std::iter::once(&self.map.ridge).chain(others);
-        ridges.map(|ridge| self.slopes_of(ridge))
+        self.weights.iter().map(|weights| self.slopes_of(weights))
     }
 
-    fn slopes_of(&self, ridge: &Ridge) -> Vec<ChannelSlope> {
+    fn slopes_of(&self, weights: &[f64]) -> Vec<ChannelSlope> {
         let standard = &self.map.standard;
         let mut found = vec![ChannelSlope::default(); standard.channels];
-        if self.stream.linear.is_empty() {
-            return found;
-        }
-        let slopes = self.map.slopes(ridge, &self.stream.linear);
-        let width = standard.used.len();
-        let times = self.map.memory.creep_times.len();
-        for (at, (channel, scale)) in standard.used.iter().zip(&standard.scale).enumerate() {
-            let per_reading = self.stream.slopes[*channel] / scale;
-            let creep: f64 = (1..=times).map(|time| slopes[time * width + at]).sum();
+        let Slopes { slow, fast, .. } = self.stream.slopes(&self.map.law, weights);
+        let used = standard.used.iter().zip(&standard.scale);
+        for ((channel, scale), (slow, fast)) in used.zip(slow.iter().zip(&fast)) {
             found[*channel] = ChannelSlope {
-                slow: per_reading * slopes[at],
-                fast: per_reading * (slopes[at] + creep),
+                slow: slow / scale,
+                fast: fast / scale,
             };
         }
         found
@@ -576,42 +451,38 @@ impl ForceEstimator {
         slopes: impl FnOnce() -> &'a [Vec<ChannelSlope>],
     ) -> BeyondTraining {
         let map = &self.map;
-        let others = map.components.iter().map(|map| &map.ridge);
-        let ridges: Vec<&Ridge> = std::iter::once(&map.ridge).chain(others).collect();
         let mut beyond = BeyondTraining {
-            deviations: vec![0.0; ridges.len()],
+            deviations: vec![0.0; self.weights.len()],
             surely: false,
         };
-        if self.features.is_empty() {
+        if self.found.is_empty() {
             return beyond;
         }
-        let leverage = self.leverage;
-        let farther = (leverage / (FARTHEST * map.largest_leverage)).max(1.0);
-        let slow = self.stream.memory.slow_sizes().zip(&map.slow_reach);
+        let farther = (self.distance / (FARTHEST * map.farthest)).max(1.0);
+        let slow = self.stream.slow_sizes().zip(&map.slow_reach);
         let slow = slow.filter(|(_, reach)| **reach > 0.0);
         let crept = slow.fold(BY_CHANCE, |most: f64, (size, reach)| most.max(size / reach));
-        let distance = ((farther * farther - 1.0) * (1.0 + leverage)).sqrt();
+        let distance = (farther * farther - 1.0).sqrt();
         let distance = distance.hypot((crept * crept - BY_CHANCE * BY_CHANCE).sqrt());
         if unexplained > 0.0 || distance > 0.0 {
             let standard = &map.standard;
-            let found = ridges.iter().zip(slopes()).map(|(ridge, slopes)| {
+            let all = map.maps().zip(estimates).zip(slopes());
+            let found = all.map(|((one, [value, _]), slopes)| {
                 let used = standard.used.iter().zip(&standard.scale);
                 let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
                 let of_channels = unexplained * squares.sum::<f64>().sqrt();
-                of_channels.hypot(distance * ridge.noise_variance().sqrt())
+                of_channels.hypot(distance * one.error.at(*value, 0.0))
             });
             beyond.deviations = found.collect();
-            let [low, high] = map.range;
+            let [low, high] = map.pressing.range;
             let value = estimates.first().map_or(low, |[value, _]| *value);
             let reach = (high.max(value) - low.min(value)) * farther.sqrt();
             let share = (reach / beyond.deviations[0]).min(1.0);
             beyond.deviations.iter_mut().for_each(|own| *own *= share);
         }
-        let others = map.components.iter().map(|map| map.range);
-        let ranges = std::iter::once(Some(map.range)).chain(others);
-        let all = beyond.deviations.iter_mut().zip(ranges).zip(estimates);
-        for ((own, range), [value, deviation]) in all {
-            let Some([low, high]) = range else { continue };
+        let all = beyond.deviations.iter_mut().zip(map.maps()).zip(estimates);
+        for ((own, one), [value, deviation]) in all {
+            let [low, high] = one.range;
             let excess = (value - high).max(low - value);
             if excess > USUAL * deviation {
                 *own = own.hypot(excess * (excess / (high - low)).min(1.0));

@@ -66,7 +66,8 @@ impl TrainedMaps {
         }
         if let Some(position) = &self.position {
             position.check()?;
-            if position.standard.channels != self.channels {
+            let tared = !position.tared || self.rest.is_some();
+            if position.standard.channels != self.channels || !tared {
                 return unsound("position.standard");
             }
         }

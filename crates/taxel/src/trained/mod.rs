@@ -14,32 +14,29 @@
 //! `docs/theory/trained-maps.md` has the equations and what the maps reach on real
 //! recordings.
 
+mod features;
 mod force;
 mod gaussian_process;
-mod hysteresis;
 mod indentation_map;
 mod maps;
 mod memory;
-mod polynomial;
+mod standard;
 mod position;
 mod relation;
-mod ridge;
 mod surface;
 
+pub use features::{Block, FeatureLaw, FeatureStream, MOST_CHANNELS_EACH, MOST_POWERS, SUMS};
 pub use force::{
-    BetweenRuns, BeyondTraining, ChannelSlope, Component, ComponentMap, FeatureStream,
-    ForceEstimator, ForceMap, Intervals, Mixed,
+    BetweenRuns, BeyondTraining, ChannelSlope, Component, ComponentMap, ErrorLaw, ForceEstimator,
+    ForceMap, MemberMap, MixedMap,
 };
 pub use gaussian_process::{GaussianProcess, Kernel};
-pub use hysteresis::Play;
 pub(crate) use indentation_map::FEWEST_PRESSES;
 pub use indentation_map::{IndentationMap, PositionMethod};
 pub use maps::{RestStatistics, TrainedMaps};
-pub use memory::MemoryLaw;
-pub use polynomial::{Polynomial, Standard};
+pub use standard::Standard;
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use relation::{CONTRADICTS, Judged, Relation, RelationWatch};
-pub use ridge::{Moments, Ridge};
 pub use surface::Surface;
 
 use serde::Serialize;

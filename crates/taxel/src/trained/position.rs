@@ -34,6 +34,9 @@ pub struct PositionMap {
     /// recorded depth.
     #[serde(default)]
     pub by_force: bool,
+    /// True if readings are moved from the rest of the device to that of training.
+    #[serde(default)]
+    pub tared: bool,
 }
 
 /// Where a probe presses.

@@ -27,9 +27,12 @@ pub struct Relation {
     pub standard: Standard,
     /// P, rows of the lower triangle one after the other.
     pub precision: Vec<f64>,
-    /// Standard deviation of each scaled channel about what the others say, of frames that were
-    /// held out.
+    /// Standard deviation of each scaled channel about what the others say, of held-out frames of the empty
+    /// body.
     pub deviation: Vec<f64>,
+    /// By how much it grows with the load of the others, the root of the sum of their squares: a press on one
+    /// channel is no fault.
+    pub of_load: Vec<f64>,
     /// Largest χ² of a frame that was held out.
     pub largest_misfit: f64,
 }
@@ -79,6 +82,8 @@ impl Relation {
             && positive(&diagonal)
             && self.deviation.len() == width
             && positive(&self.deviation)
+            && self.of_load.len() == width
+            && self.of_load.iter().all(|of_load| *of_load >= 0.0 && of_load.is_finite())
             && positive(&[self.largest_misfit]);
         if sound {
             Ok(())
@@ -217,7 +222,7 @@ impl RelationWatch {
         for (i, score) in scores.iter_mut().enumerate() {
             *score = match said.next_if(|(channel, _)| *channel == i) {
                 Some((_, [expected, _])) => {
-                    (self.scaled[i] - expected).abs() / self.relation.deviation[i]
+                    (self.scaled[i] - expected).abs() / self.deviation(i)
                 }
                 None => self.score(i),
             };
@@ -251,7 +256,7 @@ impl RelationWatch {
         let squares = used.map(|i| {
             let score = self.judged.scores[i];
             let beyond = (score * score - USUAL * USUAL).max(0.0);
-            self.relation.deviation[i].powi(2) * beyond
+            self.deviation(i).powi(2) * beyond
         });
         squares.sum::<f64>().sqrt()
     }
@@ -402,7 +407,15 @@ impl RelationWatch {
     /// Distance of a channel in use from what the others say, in deviations.
     fn score(&self, i: usize) -> f64 {
         let width = self.scaled.len();
-        (self.product[i] / self.swept[i * width + i]).abs() / self.relation.deviation[i]
+        (self.product[i] / self.swept[i * width + i]).abs() / self.deviation(i)
+    }
+
+    /// Deviation of a channel about what the others say, at their load.
+    fn deviation(&self, i: usize) -> f64 {
+        let used = (0..self.scaled.len()).filter(|j| *j != i && !self.judged.left_out[*j]);
+        let square: f64 = used.map(|j| self.scaled[j] * self.scaled[j]).sum();
+        let of_load = self.relation.of_load[i];
+        (self.relation.deviation[i].powi(2) + of_load * of_load * square).sqrt()
     }
 
     /// What the channels in use say of each that is left out, and the variance of it over that
@@ -441,7 +454,7 @@ impl RelationWatch {
             if let Some(value) = frame.get_mut(standard.used[*i]) {
                 *value = standard.centre[*i] + standard.scale[*i] * expected;
             }
-            let deviation = self.relation.deviation[*i] * growth.max(1.0).sqrt();
+            let deviation = self.deviation(*i) * growth.max(1.0).sqrt();
             self.judged.deviation[*i] = standard.scale[*i] * deviation;
         }
     }
@@ -472,6 +485,7 @@ mod tests {
             },
             precision: precision.collect(),
             deviation: vec![0.12; width],
+            of_load: vec![0.0; width],
             largest_misfit: 20.0,
         })
         .unwrap()
