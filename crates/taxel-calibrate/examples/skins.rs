@@ -98,6 +98,7 @@ fn judged(folder: &Path) -> Result<String, Failed> {
     let first = rows.iter().position(|row| row[force] > 0.05 * top).unwrap_or(0);
     let (mut of_force, mut of_shear, mut of_place) = (Tally::default(), Tally::default(), Tally::default());
     let (mut missing, mut flagged) = (0, 0);
+    let mut wrong = vec![0; channels.len()];
     let quiet = &rows[..(first * 7 / 10).clamp(5, 25)];
     let rest = channels.iter().map(|at| quiet.iter().map(|row| row[*at]).sum::<f64>() / quiet.len() as f64);
     let mut alone = taxel::trained::ForceEstimator::new(map, rest.collect())?;
@@ -122,6 +123,9 @@ fn judged(folder: &Path) -> Result<String, Failed> {
         let found = touch.pressing_force().unwrap_or([f64::NAN; 2]);
         missing += usize::from(!found[0].is_finite());
         flagged += usize::from(touch.channels.states.iter().any(|state| !state.usable()));
+        for (count, state) in wrong.iter_mut().zip(&touch.channels.states) {
+            *count += usize::from(!state.usable());
+        }
         of_force.push(found, row[force]);
         for (axis, name) in ["force_x [N]", "force_y [N]"].into_iter().enumerate() {
             if let Some(at) = column(name) {
@@ -137,13 +141,14 @@ fn judged(folder: &Path) -> Result<String, Failed> {
             }
         }
     }
+    let wrong: Vec<String> = (1..).zip(&wrong).filter(|(_, count)| **count > 0).map(|(c, count)| format!("{c}:{count}")).collect();
     let held = outcome.outcome.hold_out.iter();
     let held: Vec<String> = held
         .filter(|one| one.name.starts_with("force") || one.name.starts_with("place"))
         .map(|one| format!("{:.4}", one.root_mean_square))
         .collect();
     Ok(format!(
-        "{:<20} maps {} force {} missing {missing} shear {} place {:.3} {} held out {} flagged {flagged} of {} {seconds:.1} s file {} kB",
+        "{:<20} maps {} force {} missing {missing} shear {} place {:.3} {} held out {} flagged {flagged} ({}) of {} {seconds:.1} s file {} kB",
         folder.file_name().unwrap_or_default().display(),
         of_maps.show(),
         of_force.show(),
@@ -151,6 +156,7 @@ fn judged(folder: &Path) -> Result<String, Failed> {
         std::f64::consts::SQRT_2 * of_place.rms(),
         of_place.show(),
         held.join(" "),
+        wrong.join(" "),
         rows.len(),
         length / 1000
     ))

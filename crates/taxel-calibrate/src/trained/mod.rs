@@ -85,7 +85,7 @@ pub fn train(
     let noisier = rest.as_ref().and_then(|rest| noisier(named, rest, &broken));
     found.remarks.extend(noisier);
     let at_rest = rest.as_ref().map(|rest| &rest.mean[..]);
-    let position = place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
+    let (position, place) = place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
     let tared = tared || position.is_none();
     let force = force::train(&runs, named.sensor.electronics.frame_rate, tared, &mut found)?;
     let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
@@ -113,6 +113,7 @@ pub fn train(
         channels: masked.len(),
         rest,
         position,
+        place,
         force,
         relation,
     };

@@ -5,11 +5,13 @@ use super::readings::Run;
 use super::failed;
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
-use crate::training::{PositionOptions, Split, for_the_next_run, trained_position};
+use crate::training::{
+    PositionOptions, Session, Split, TrainedPlace, for_the_next_run, train_place, trained_position,
+};
 use taxel::InputError;
 use taxel::estimation::TrainedArea;
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::trained::PositionMap;
+use taxel::trained::{PlaceMap, PositionMap};
 
 /// A run of fewer distinct places has none to learn.
 const PLACES: usize = 9;
@@ -22,11 +24,11 @@ pub(super) fn train(
     area: &TrainedArea,
     rest: Option<&[f64]>,
     found: &mut Outcome,
-) -> Result<Option<PositionMap>, InputError> {
+) -> Result<(Option<PositionMap>, Option<PlaceMap>), InputError> {
     let placed = runs.iter().filter(|run| run.placed && has_places(run));
     let placed: Vec<&Run> = placed.collect();
     let Some(name) = placed.last().map(|run| run.name.as_str()) else {
-        return Ok(None);
+        return Ok((None, None));
     };
     let mut presses = Presses::of(&placed, rest, &mut found.remarks);
     if presses.count() < PLACES {
@@ -34,7 +36,7 @@ pub(super) fn train(
             "place: {} presses show no place; at least {PLACES} all over the area are needed",
             presses.count()
         )));
-        return Ok(None);
+        return Ok((None, None));
     }
     found.remarks.push(presses.move_to(area, name)?);
     let (splits, held, whole_runs) = presses.splits();
@@ -85,7 +87,38 @@ pub(super) fn train(
     ));
     found.held_out = String::from(held);
     report(&presses, &splits, &held_out.estimates(), found, &map);
-    Ok(Some(map))
+    let place = match rest {
+        Some(_) if whole_runs => mixture(&placed, &presses, held_out.score.rms, found),
+        _ => None,
+    };
+    Ok((Some(map), place))
+}
+
+/// The mixture of maps, where held-out runs show that it says better than the surface, of `rms` m along an
+/// axis, where something touches.
+fn mixture(runs: &[&Run], presses: &Presses, rms: f64, found: &mut Outcome) -> Option<PlaceMap> {
+    let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
+    // Too few readings make no mixture.
+    let TrainedPlace { map, held_out } = train_place(&sessions, &presses.readings()).ok()?;
+    let errors = held_out.iter().flat_map(|one| &one.errors);
+    let (sum, count) = errors.fold((0.0, 0.0_f64), |(sum, count), e| (sum + e * e, count + 1.0));
+    let own = (sum / count.max(1.0)).sqrt();
+    let better = own < rms;
+    found.remarks.push(Remark::whole(format!(
+        "place: a mixture of maps of the pattern, of what changed lately and of the nearest presses has {:.3} mm rms along an \
+         axis of held-out runs, the inverted surface {:.3} mm: {} says where a contact is",
+        own * MILLIMETRES,
+        rms * MILLIMETRES,
+        if better { "the mixture" } else { "the surface" }
+    )));
+    if !better {
+        return None;
+    }
+    for (name, one) in ["place.x, mixture", "place.y, mixture"].into_iter().zip(&held_out) {
+        let [low, high] = map.axes[usize::from(name.starts_with("place.y"))].range;
+        found.hold_out.push(ResidualSummary::of(name.into(), "m", &one.errors, high - low));
+    }
+    Some(map)
 }
 
 /// What the intervals are for.

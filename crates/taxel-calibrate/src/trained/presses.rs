@@ -141,6 +141,17 @@ impl Presses {
         said(&run.name, presses.len(), [touching, read.len()], &contact)
     }
 
+    /// Times, s, and places of the rows of each run.
+    pub(super) fn readings(&self) -> Vec<Vec<(f64, [f64; 2])>> {
+        let count = self.runs.last().map_or(0, |run| run + 1);
+        let mut all = vec![Vec::new(); count];
+        let rows = self.runs.iter().zip(&self.times).zip(&self.rows.places);
+        for ((run, time), place) in rows {
+            all[*run].push((*time, [place[0], place[1]]));
+        }
+        all
+    }
+
     /// Number of presses.
     pub(super) fn count(&self) -> usize {
         self.rows.of_presses().len()

@@ -14,7 +14,8 @@ use taxel::trained::{
     TrainedMaps, TrainingError,
 };
 
-use super::force::{Candidate, Fold, HeldOut, LearnedForces, Quick, error_law, learn};
+use super::design::{Candidate, HeldOut, error_law};
+use super::force::{Fold, LearnedForces, Quick, learn};
 use super::next_run::{self, USUAL};
 use super::{Series, Session, rest_of, trained_relation};
 
@@ -110,6 +111,7 @@ impl Learned {
             channels: map.standard.channels,
             rest: Some(self.rest.clone()),
             position: None,
+            place: None,
             force: Some(map.clone()),
             relation: self.relation.clone(),
         }

@@ -7,8 +7,11 @@
 
 mod across;
 mod blocks;
+mod design;
 mod force;
+mod law;
 mod next_run;
+mod place;
 mod position;
 mod relation;
 mod rest;
@@ -19,8 +22,10 @@ mod session;
 pub(crate) use across::{REST_FRAMES, WITHIN_ANOTHER, maps_of};
 pub use across::{TrainedForces, delay_of_scale, train_forces};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use force::{Candidate, HeldOut, LearnedForces};
+pub use design::{Candidate, HeldOut};
+pub use force::LearnedForces;
 pub(crate) use force::{DELAY_READINGS, Quick};
+pub(crate) use place::{TrainedPlace, train_place};
 pub(crate) use position::{PlacedRows, Split, for_the_next_run, trained_position};
 pub use position::{PositionOptions, train_position};
 pub(crate) use relation::trained_relation;

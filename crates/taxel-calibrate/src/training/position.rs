@@ -223,13 +223,6 @@ impl HeldOutPlaces {
         parts.flat_map(|part| part.estimates.clone()).collect()
     }
 
-    /// Score along x and y of the last split, by which other maps are judged.
-    pub(crate) fn last_score(&self) -> Score {
-        let last = self.parts.last().map(|part| &part.judged[0]);
-        let last = last.cloned().unwrap_or_default();
-        last.score(last.factor())
-    }
-
     /// Factors of each split by itself: those of the plane, and those of the depth.
     fn of_splits(&self) -> [Vec<f64>; 2] {
         [0, 1].map(|of| self.parts.iter().map(|p| p.judged[of].factor()).collect())

@@ -16,7 +16,7 @@ use super::{Certainty, ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
-    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PositionEstimate,
+    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PlaceEstimator, PositionEstimate,
     PositionEstimator, RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
@@ -87,6 +87,7 @@ pub struct TrainedReader {
     scale: NumberScale,
     masked: Vec<bool>,
     position: Option<PositionEstimator>,
+    place: Option<PlaceEstimator>,
     force: Option<ForceEstimator>,
     /// Reading of each channel at rest.
     rest: Vec<f64>,
@@ -206,6 +207,7 @@ impl TrainedReader {
                 .clone()
                 .map(PositionEstimator::new)
                 .transpose()?,
+            place: place_estimator(&maps, rest.clone())?,
             force: force_estimator(&maps, rest.clone())?,
             rest: rest.unwrap_or_else(|| vec![f64::NAN; channels]),
             found: Found::default(),
@@ -361,7 +363,14 @@ impl TrainedReader {
         };
         let position = position
             .map(|map| map.estimate_open(&moved, &open))
-            .transpose()?
+            .transpose()?;
+        let place = self.place.as_mut();
+        let place = place.map(|map| map.push(time, values, &open)).transpose()?;
+        // The surface knows depths; where a contact is the mixture says, if there is one.
+        let depth = position.and_then(|position| position.depth);
+        let position = place
+            .map(|place| PositionEstimate { depth, ..place })
+            .or(position)
             .filter(|position| position.support == Support::Trained);
         let pressed =
             |force: &Estimate| self.shown(&stated, 0) > open_at(&stated, 0, force.deviation);
@@ -873,11 +882,17 @@ impl Reader for TrainedReader {
         if let Ok(force) = force_estimator(&self.maps, Some(self.rest.clone())) {
             self.force = force;
         }
-        // The memory of the force begins with the first frame of the capture.
+        if let Ok(place) = place_estimator(&self.maps, Some(self.rest.clone())) {
+            self.place = place;
+        }
+        // The memories begin with the first frame of the capture.
         for (time, values) in &self.recent {
+            // A frame without a reading was left out before, too.
             if let Some(force) = &mut self.force {
-                // A frame without a reading was left out before, too.
                 let _ = force.push(*time, values);
+            }
+            if let Some(place) = &mut self.place {
+                let _ = place.push(*time, values, &[]);
             }
         }
     }
@@ -932,6 +947,16 @@ fn force_estimator(
 ) -> Result<Option<ForceEstimator>, TrainingError> {
     match (&maps.force, rest) {
         (Some(force), Some(rest)) => ForceEstimator::new(force.clone(), rest).map(Some),
+        _ => Ok(None),
+    }
+}
+
+fn place_estimator(
+    maps: &TrainedMaps,
+    rest: Option<Vec<f64>>,
+) -> Result<Option<PlaceEstimator>, TrainingError> {
+    match (&maps.place, rest) {
+        (Some(place), Some(rest)) => PlaceEstimator::new(place.clone(), rest).map(Some),
         _ => Ok(None),
     }
 }

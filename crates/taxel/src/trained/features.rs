@@ -15,16 +15,17 @@ use super::memory::Memory;
 use super::{Standard, TrainingError};
 
 /// Channels beyond which a frame is taken along its directions only.
-pub const MOST_CHANNELS_EACH: usize = 400;
+const MOST_CHANNELS_EACH: usize = 400;
 /// Channels beyond which powers are those of components along directions.
-pub const MOST_POWERS: usize = 66;
+const MOST_POWERS: usize = 66;
 /// Components whose powers are taken then.
 const POWERS: usize = 40;
 /// Components whose products of two are features, and of three.
 const SQUARES: usize = 10;
 const CUBES: usize = 4;
-/// Components that have a memory, and those of which it is multiplied.
-const SLOW: usize = 16;
+/// Components that have a memory.
+pub const SLOW: usize = 16;
+/// Those of which it is multiplied.
 const SLOW_FACTORS: usize = 3;
 /// Monotone functions whose sums over the channels are features.
 pub const SUMS: usize = 6;
@@ -287,6 +288,19 @@ impl FeatureLaw {
             let length = length * self.length;
             features.extend(distances.iter().map(|d| (-d / (2.0 * length * length)).exp()));
         }
+    }
+
+    /// Features of a frame by itself: nothing was before it.
+    pub fn instant(&self, x: &[f64]) -> Vec<f64> {
+        let state = State {
+            components: self.along(x),
+            sums: self.sums(x),
+            slow: vec![0.0; (self.times.len() - 1) * self.slow()],
+            slow_sums: vec![0.0; self.times.len() * SUMS],
+        };
+        let mut features = Vec::with_capacity(self.len());
+        self.write(x, &state, &mut features);
+        features
     }
 
     /// By how much Σ wₖ fₖ changes with each scaled channel: with one so slow that the memory has

@@ -146,6 +146,20 @@ impl MemberMap {
     }
 }
 
+impl MemberMap {
+    pub(super) fn is_sound(&self, law: &FeatureLaw) -> bool {
+        let count: usize = self.blocks.iter().map(|block| law.count(*block)).sum();
+        let mut blocks = self.blocks.clone();
+        blocks.dedup();
+        self.weights.len() == count
+            && blocks.len() == self.blocks.len()
+            && self.weights.iter().all(|weight| weight.is_finite())
+            && self.constant.is_finite()
+            && self.share >= 0.0
+            && self.share.is_finite()
+    }
+}
+
 /// The map of a force or of a component of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -197,23 +211,13 @@ impl MixedMap {
     fn is_sound(&self, law: &FeatureLaw) -> bool {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         let positive = |values: &[f64]| finite(values) && values.iter().all(|value| *value >= 0.0);
-        let member = |member: &MemberMap| {
-            let count: usize = member.blocks.iter().map(|block| law.count(*block)).sum();
-            let mut blocks = member.blocks.clone();
-            blocks.dedup();
-            member.weights.len() == count
-                && blocks.len() == member.blocks.len()
-                && finite(&member.weights)
-                && finite(&[member.constant])
-                && positive(&[member.share])
-        };
         let ErrorLaw {
             constant,
             of_size,
             of_difference,
         } = self.error;
         !self.members.is_empty()
-            && self.members.iter().all(member)
+            && self.members.iter().all(|member| member.is_sound(law))
             && positive(&[constant, of_size, of_difference])
             && positive(&[self.between_runs.offset, self.between_runs.gain])
             && finite(&self.range)

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ForceMap, PositionMap, Relation, TrainingError};
+use super::{ForceMap, PlaceMap, PositionMap, Relation, TrainingError};
 
 /// Maps learned from recordings of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,9 @@ pub struct TrainedMaps {
     /// Where a probe of the trained depth presses; positions on the area of the
     /// device, whose middle is the origin.
     pub position: Option<PositionMap>,
+    /// Where a contact is, where a mixture of maps says it better than `position`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<PlaceMap>,
     /// Map of the force.
     pub force: Option<ForceMap>,
     /// What each channel reads beside the others; none of devices of few channels.
@@ -42,7 +45,8 @@ impl TrainedMaps {
     pub fn use_channel(&self, channel: usize) -> bool {
         let position = self.position.as_ref().map(|map| &map.standard);
         let force = self.force.as_ref().map(|map| &map.standard);
-        let mut standards = position.into_iter().chain(force);
+        let place = self.place.as_ref().map(|map| &map.standard);
+        let mut standards = position.into_iter().chain(force).chain(place);
         standards.any(|standard| standard.used.contains(&channel))
     }
 
@@ -69,6 +73,13 @@ impl TrainedMaps {
             let tared = !position.tared || self.rest.is_some();
             if position.standard.channels != self.channels || !tared {
                 return unsound("position.standard");
+            }
+        }
+        if let Some(place) = &self.place {
+            place.check()?;
+            let whole = self.position.is_some() && self.rest.is_some();
+            if place.standard.channels != self.channels || !whole {
+                return unsound("place.standard");
             }
         }
         if let Some(relation) = &self.relation {

@@ -21,11 +21,12 @@ mod indentation_map;
 mod maps;
 mod memory;
 mod standard;
+mod place;
 mod position;
 mod relation;
 mod surface;
 
-pub use features::{Block, FeatureLaw, FeatureStream, MOST_CHANNELS_EACH, MOST_POWERS, SUMS};
+pub use features::{Block, FeatureLaw, FeatureStream, SLOW, SUMS};
 pub use force::{
     BetweenRuns, BeyondTraining, ChannelSlope, Component, ComponentMap, ErrorLaw, ForceEstimator,
     ForceMap, MemberMap, MixedMap,
@@ -35,6 +36,9 @@ pub(crate) use indentation_map::FEWEST_PRESSES;
 pub use indentation_map::{IndentationMap, PositionMethod};
 pub use maps::{RestStatistics, TrainedMaps};
 pub use standard::Standard;
+pub use place::{
+    AxisMap, NearestPatterns, PatternMap, PatternStream, PlaceEstimator, PlaceMap,
+};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use relation::{CONTRADICTS, Judged, Relation, RelationWatch};
 pub use surface::Surface;
