@@ -9,9 +9,7 @@ use taxel::acquisition::Frame;
 use taxel::estimation::ArrayEstimator;
 use taxel::sensor::Sensor;
 use taxel::trained::{ForceEstimator, PositionEstimator};
-use taxel_calibrate::training::{
-    ForceOptions, PositionOptions, Series, Session, train_force, train_position,
-};
+use taxel_calibrate::training::{PositionOptions, Series, Session, train_forces, train_position};
 use taxel_calibrate::{
     CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainingFile, train,
 };
@@ -55,12 +53,12 @@ fn position(criterion: &mut Criterion) {
 fn force(criterion: &mut Criterion) {
     let run = session(recorded!("force_sensor.csv"), recorded!("force_states.csv"));
     let runs = [run];
-    let (map, _) = train_force(&runs, &ForceOptions::default()).expect("trains");
+    let map = train_forces(&runs, 0.0, true).expect("trains").map;
     let run = &runs[0];
     let mut estimator = ForceEstimator::new(map, run.baseline()).expect("fits");
     let mut next = run.sensor.rows().iter().cycle();
     let mut time = 0.0;
-    criterion.bench_function("15 channels to force, creep of three times", |bencher| {
+    criterion.bench_function("15 channels to force, a mixture of seven maps", |bencher| {
         bencher.iter(|| {
             time += 0.07;
             estimator.push(time, black_box(next.next().expect("a cycle never ends")))
@@ -146,11 +144,8 @@ fn frame(criterion: &mut Criterion) {
     };
     let groups = [file("places.csv", places), file("forces.csv", forces)];
     let trained = train(&named, &groups, &CalibrateOptions::default()).expect("trains");
-    let ridge = &trained.maps.force.as_ref().expect("a force").ridge;
-    println!(
-        "30 channels: {} features of the force",
-        ridge.weights().len()
-    );
+    let law = &trained.maps.force.as_ref().expect("a force").law;
+    println!("30 channels: {} features of the force", law.len());
     let file = trained.to_toml(&Provenance {
         version: "0",
         date: "2026-01-01",

@@ -19,7 +19,9 @@ use taxel_recording::Frame;
 type Failed = Box<dyn std::error::Error>;
 
 fn files(folder: &Path) -> Result<Vec<TrainingFile>, Failed> {
-    let mut paths: Vec<_> = fs::read_dir(folder)?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
+    let mut paths: Vec<_> = fs::read_dir(folder)?
+        .map(|entry| entry.map(|e| e.path()))
+        .collect::<Result<_, _>>()?;
     paths.sort();
     let file = |path: std::path::PathBuf| -> Result<TrainingFile, Failed> {
         Ok(TrainingFile {
@@ -51,7 +53,11 @@ impl Tally {
     }
 
     fn show(&self) -> String {
-        format!("{:.4} {:.1} %", self.rms(), 100.0 * self.inside / self.count)
+        format!(
+            "{:.4} {:.1} %",
+            self.rms(),
+            100.0 * self.inside / self.count
+        )
     }
 }
 
@@ -64,7 +70,10 @@ fn judged(folder: &Path) -> Result<String, Failed> {
         text: &text,
         sensor: &sensor,
     };
-    let groups: Vec<Vec<TrainingFile>> = files(&folder.join("runs"))?.into_iter().map(|file| vec![file]).collect();
+    let groups: Vec<Vec<TrainingFile>> = files(&folder.join("runs"))?
+        .into_iter()
+        .map(|file| vec![file])
+        .collect();
     let outcome = train(&named, &groups, &CalibrateOptions::default())?;
     let seconds = start.elapsed().as_secs_f64();
     let file = outcome.to_toml(&Provenance {
@@ -89,18 +98,30 @@ fn judged(folder: &Path) -> Result<String, Failed> {
     let mut lines = further.text.lines();
     let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     let column = |name: &str| head.iter().position(|title| *title == name);
-    let channels: Vec<usize> = (0..head.len()).filter(|at| head[*at].starts_with("channel_")).collect();
+    let channels: Vec<usize> = (0..head.len())
+        .filter(|at| head[*at].starts_with("channel_"))
+        .collect();
     let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect())
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().unwrap_or(f64::NAN))
+                .collect()
+        })
         .collect();
     let force = column("force_z [N]").ok_or("no force")?;
     let top = rows.iter().map(|row| row[force]).fold(0.0, f64::max);
-    let first = rows.iter().position(|row| row[force] > 0.05 * top).unwrap_or(0);
-    let (mut of_force, mut of_shear, mut of_place) = (Tally::default(), Tally::default(), Tally::default());
+    let first = rows
+        .iter()
+        .position(|row| row[force] > 0.05 * top)
+        .unwrap_or(0);
+    let (mut of_force, mut of_shear, mut of_place) =
+        (Tally::default(), Tally::default(), Tally::default());
     let (mut missing, mut flagged) = (0, 0);
     let mut wrong = vec![0; channels.len()];
     let quiet = &rows[..(first * 7 / 10).clamp(5, 25)];
-    let rest = channels.iter().map(|at| quiet.iter().map(|row| row[*at]).sum::<f64>() / quiet.len() as f64);
+    let rest = channels
+        .iter()
+        .map(|at| quiet.iter().map(|row| row[*at]).sum::<f64>() / quiet.len() as f64);
     let mut alone = taxel::trained::ForceEstimator::new(map, rest.collect())?;
     let mut of_maps = Tally::default();
     for (number, row) in rows.iter().enumerate() {
@@ -114,7 +135,16 @@ fn judged(folder: &Path) -> Result<String, Failed> {
         if let Ok(own) = alone.push(row[0], &frame.values) {
             of_maps.push([own.value, own.deviation], row[force]);
             if env::var_os("TRACE").is_some() {
-                eprintln!("{} {} {} {} {} {} {:?}", row[0], row[force], own.value, own.deviation, touch.total.force[2], touch.total_covariance[2][2].sqrt(), touch.channels.states.iter().filter(|s| !s.usable()).count());
+                eprintln!(
+                    "{} {} {} {} {} {} {:?}",
+                    row[0],
+                    row[force],
+                    own.value,
+                    own.deviation,
+                    touch.total.force[2],
+                    touch.total_covariance[2][2].sqrt(),
+                    touch.channels.states.iter().filter(|s| !s.usable()).count()
+                );
             }
         }
         if !touch.zero_known {
@@ -129,10 +159,18 @@ fn judged(folder: &Path) -> Result<String, Failed> {
         of_force.push(found, row[force]);
         for (axis, name) in ["force_x [N]", "force_y [N]"].into_iter().enumerate() {
             if let Some(at) = column(name) {
-                of_shear.push([touch.total.force[axis], touch.total_covariance[axis][axis].sqrt()], row[at]);
+                of_shear.push(
+                    [
+                        touch.total.force[axis],
+                        touch.total_covariance[axis][axis].sqrt(),
+                    ],
+                    row[at],
+                );
             }
         }
-        let (Some(x), Some(y)) = (column("x [mm]"), column("y [mm]")) else { continue };
+        let (Some(x), Some(y)) = (column("x [mm]"), column("y [mm]")) else {
+            continue;
+        };
         if row[force] > 0.05 * top && row[x].is_finite() {
             if let Some(contact) = touch.contacts.first() {
                 let [xx, _, yy] = contact.covariance;
@@ -141,7 +179,11 @@ fn judged(folder: &Path) -> Result<String, Failed> {
             }
         }
     }
-    let wrong: Vec<String> = (1..).zip(&wrong).filter(|(_, count)| **count > 0).map(|(c, count)| format!("{c}:{count}")).collect();
+    let wrong: Vec<String> = (1..)
+        .zip(&wrong)
+        .filter(|(_, count)| **count > 0)
+        .map(|(c, count)| format!("{c}:{count}"))
+        .collect();
     let held = outcome.outcome.hold_out.iter();
     let held: Vec<String> = held
         .filter(|one| one.name.starts_with("force") || one.name.starts_with("place"))

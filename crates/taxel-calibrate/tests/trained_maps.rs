@@ -1,89 +1,20 @@
 //! Trained maps against closed forms, brute force and invariances.
 #![allow(clippy::unwrap_used)]
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use taxel::trained::{
-    ForceEstimator, GaussianProcess, Kernel, MemoryLaw, Moments, Polynomial, PositionEstimator,
-    Ridge, Standard, Support, TrainingError,
+    Block, FeatureStream, ForceEstimator, ForceMap, GaussianProcess, Kernel, PositionEstimator,
+    Standard, Support, TrainingError,
 };
 use taxel_calibrate::training::{
-    AcrossRuns, ForceOptions, NORMAL_95, Nearest, PositionOptions, Series, Session, features_of,
-    train_force, train_position, usual_candidates,
+    NORMAL_95, PositionOptions, Series, Session, TrainedForces, delay_of_scale, train_forces,
+    train_position,
 };
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(random)
-}
-
-/// Rows of features, the constant first, with targets of a linear law.
-fn linear_data(rows: usize, size: usize, noise: f64, seed: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let weights: Vec<f64> = (0..size).map(|_| normal(&mut random)).collect();
-    (0..rows)
-        .map(|_| {
-            let mut row: Vec<f64> = (0..size).map(|_| normal(&mut random)).collect();
-            row[0] = 1.0;
-            let mean: f64 = row.iter().zip(&weights).map(|(f, w)| f * w).sum();
-            let target = mean + noise * normal(&mut random);
-            (row, target)
-        })
-        .unzip()
-}
-
-#[test]
-fn the_ridge_posterior_is_that_of_its_dual_form() {
-    // The same law as a Gaussian process of covariance Σ φφ/(λ v), the
-    // constant with a prior of 1e10 noise variances instead of none.
-    let (rows, target) = linear_data(12, 5, 0.3, 1);
-    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.7).unwrap();
-    let count = rows.len() as f64;
-    let prior = |j: usize| {
-        let mean = rows.iter().map(|r| r[j]).sum::<f64>() / count;
-        let variance = rows.iter().map(|r| r[j] * r[j]).sum::<f64>() / count - mean * mean;
-        if j == 0 { 1e10 } else { 1.0 / (0.7 * variance) }
-    };
-    let covariance = |a: &[f64], b: &[f64]| -> f64 { (0..5).map(|j| prior(j) * a[j] * b[j]).sum() };
-    let size = rows.len();
-    let gram = Mat::from_fn(size, size, |i, j| {
-        covariance(&rows[i], &rows[j]) + f64::from(u8::from(i == j))
-    });
-    let factor = gram.llt(Side::Lower).unwrap();
-    let solution = factor.solve(Mat::from_fn(size, 1, |i, _| target[i]));
-    let query = [1.0, 0.3, -1.2, 2.0, 0.1];
-    let near = Mat::from_fn(size, 1, |i, _| covariance(&rows[i], &query));
-    let mean: f64 = (0..size).map(|i| near[(i, 0)] * solution[(i, 0)]).sum();
-    let known = factor.solve(&near);
-    let variance =
-        covariance(&query, &query) - (0..size).map(|i| near[(i, 0)] * known[(i, 0)]).sum::<f64>();
-    // The prior of 1e10 on the constant costs ten digits of the dual form.
-    assert!(
-        (ridge.mean(&query) - mean).abs() < 1e-5,
-        "{} {mean}",
-        ridge.mean(&query)
-    );
-    assert!((ridge.leverage(&query) - variance).abs() < 1e-4);
-}
-
-#[test]
-fn the_ridge_posterior_of_a_line_is_the_textbook_one() {
-    // y = a + b x without prior: Var of a prediction at x is
-    // σ² (1 + 1/n + (x − x̄)²/Sxx), σ² = rest/(n − 1) here.
-    let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![1.0, f64::from(i)]).collect();
-    let target = [1.0, 2.9, 5.2, 7.1, 8.8];
-    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.0).unwrap();
-    assert!((ridge.weights()[1] - 1.98).abs() < 1e-10);
-    assert!((ridge.weights()[0] - 1.04).abs() < 1e-10);
-    let rest: f64 = [-0.04f64, -0.12, 0.2, 0.12, -0.16]
-        .iter()
-        .map(|e| e * e)
-        .sum();
-    assert!((ridge.noise_variance() - rest / 4.0).abs() < 1e-10);
-    // The factor is kept with seven digits.
-    assert!((ridge.leverage(&[1.0, 6.0]) - (0.2 + 16.0 / 10.0)).abs() < 1e-5);
 }
 
 #[test]
@@ -115,75 +46,6 @@ fn a_process_of_two_observations_is_the_closed_form() {
     let fit = 2.25 * (inverse[0][0] - 2.0 * inverse[0][1] + inverse[1][1]);
     let expected = -0.5 * (fit + determinant.ln()) - (2.0 * std::f64::consts::PI).ln();
     assert!((process.log_likelihood() - expected).abs() < 1e-12);
-}
-
-#[test]
-fn a_block_taken_away_is_a_block_never_seen() {
-    let (rows, target) = linear_data(60, 7, 0.5, 2);
-    let all = Moments::of(&rows, &target).unwrap();
-    for begin in [0, 20, 40] {
-        let block = begin..begin + 20;
-        let part = Moments::of(&rows[block.clone()], &target[block.clone()]).unwrap();
-        let keep: Vec<usize> = (0..60).filter(|i| !block.contains(i)).collect();
-        let kept: Vec<_> = keep.iter().map(|i| rows[*i].clone()).collect();
-        let kept_target: Vec<_> = keep.iter().map(|i| target[*i]).collect();
-        let brute = Ridge::fit(&Moments::of(&kept, &kept_target).unwrap(), 0.3).unwrap();
-        let quick = Ridge::fit(&all.without(&part), 0.3).unwrap();
-        for row in &rows[block] {
-            // Rounding of the moments.
-            assert!((quick.mean(row) - brute.mean(row)).abs() < 1e-10);
-            assert!((quick.noise_variance() - brute.noise_variance()).abs() < 1e-10);
-        }
-    }
-}
-
-#[test]
-fn intervals_of_the_ridge_cover_what_they_claim() {
-    let mut covered = 0;
-    for seed in 0..1000 {
-        let (rows, target) = linear_data(60, 6, 0.4, 100 + seed);
-        // Weights are drawn with unit variance: λ = σ² is their true prior.
-        let ridge = Ridge::fit(&Moments::of(&rows[..59], &target[..59]).unwrap(), 0.16).unwrap();
-        let variance = ridge.noise_variance() * (1.0 + ridge.leverage(&rows[59]));
-        let error = (ridge.mean(&rows[59]) - target[59]).abs();
-        covered += u32::from(error <= NORMAL_95 * variance.sqrt());
-    }
-    // 950 ± 7 by chance; three deviations to either side.
-    assert!((930..=970).contains(&covered), "{covered} of 1000");
-}
-
-#[test]
-fn order_and_repetition_of_rows_are_nothing() {
-    let (rows, target) = linear_data(40, 5, 0.3, 3);
-    let fit = |order: &[usize]| {
-        let r: Vec<_> = order.iter().map(|i| rows[*i].clone()).collect();
-        let t: Vec<_> = order.iter().map(|i| target[*i]).collect();
-        Ridge::fit(&Moments::of(&r, &t).unwrap(), 0.5).unwrap()
-    };
-    let forward = fit(&(0..40).collect::<Vec<_>>());
-    let backward = fit(&(0..40).rev().collect::<Vec<_>>());
-    let query = [1.0, 0.5, 0.2, -0.3, 2.0];
-    assert!((forward.mean(&query) - backward.mean(&query)).abs() < 1e-12);
-    // Twice the rows with twice the prior are the same mean.
-    let twice: Vec<usize> = (0..40).chain(0..40).collect();
-    let r: Vec<_> = twice.iter().map(|i| rows[*i].clone()).collect();
-    let t: Vec<_> = twice.iter().map(|i| target[*i]).collect();
-    let doubled = Ridge::fit(&Moments::of(&r, &t).unwrap(), 1.0).unwrap();
-    assert!((forward.mean(&query) - doubled.mean(&query)).abs() < 1e-12);
-}
-
-#[test]
-fn constant_features_and_equal_channels_do_not_break_it() {
-    let (mut rows, target) = linear_data(30, 4, 0.3, 4);
-    for row in &mut rows {
-        row.push(row[1]);
-        row.push(7.0);
-    }
-    let ridge = Ridge::fit(&Moments::of(&rows, &target).unwrap(), 0.5).unwrap();
-    // The prior shares a weight between equal features.
-    assert!((ridge.weights()[1] - ridge.weights()[4]).abs() < 1e-9);
-    assert!(ridge.weights().iter().all(|w| w.is_finite()));
-    assert!(Ridge::fit(&Moments::of(&rows[..1], &target[..1]).unwrap(), 1.0).is_err());
 }
 
 /// A body of two dimensions seen by `channels` smooth channels.
@@ -342,10 +204,12 @@ fn maps_survive_a_file() {
     assert!((again.position[0] - before.position[0]).abs() < 1e-12);
     assert!((again.deviation()[1] / before.deviation()[1] - 1.0).abs() < 1e-9);
     let session = cycles(3, 0.0);
-    let runs = std::slice::from_ref(&session);
-    let (map, _) = train_force(runs, &ForceOptions::default()).unwrap();
-    let row = &features_of(&map, &session).unwrap().features[400];
-    let (again, before) = (through_text(&map).estimate(row), map.estimate(row));
+    let map = trained(&session).map;
+    let of = |map: ForceMap| {
+        let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
+        live.push(1.0, &session.sensor.rows()[400]).unwrap()
+    };
+    let (again, before) = (of(through_text(&map)), of(map.clone()));
     assert!((again.value - before.value).abs() < 1e-9);
     assert!((again.deviation / before.deviation - 1.0).abs() < 1e-9);
 }
@@ -358,16 +222,25 @@ fn a_map_changed_by_hand_is_refused() {
     let found = PositionEstimator::new(map).err();
     assert_eq!(found, Some(TrainingError::Unsound { table: "surface" }));
     let session = cycles(3, 0.0);
-    let runs = std::slice::from_ref(&session);
-    let (mut map, _) = train_force(runs, &ForceOptions::default()).unwrap();
-    map.memory.creep_times.pop();
-    let found = ForceEstimator::new(map, session.baseline()).err();
-    assert_eq!(
-        found,
-        Some(TrainingError::Unsound {
-            table: "memory_spread"
-        })
-    );
+    let map = trained(&session).map;
+    let refused = |change: &dyn Fn(&mut ForceMap)| {
+        let mut map = map.clone();
+        change(&mut map);
+        ForceEstimator::new(map, session.baseline()).err()
+    };
+    for (table, change) in [
+        (
+            "law",
+            &(|map: &mut ForceMap| map.law.times.clear()) as &dyn Fn(&mut ForceMap),
+        ),
+        ("pressing", &|map| {
+            map.pressing.members[2].weights.truncate(3)
+        }),
+        ("slow_reach", &|map| map.slow_reach.push(1.0)),
+        ("spread", &|map| map.spread[0] = 0.0),
+    ] {
+        assert_eq!(refused(change), Some(TrainingError::Unsound { table }));
+    }
 }
 
 #[test]
@@ -394,18 +267,6 @@ fn a_dead_or_missing_channel_is_named() {
             expected: 9
         })
     );
-}
-
-#[test]
-fn nearest_neighbours_are_the_nearest() {
-    let frames: Vec<Vec<f64>> = (0..10).map(|i| vec![f64::from(i)]).collect();
-    let targets: Vec<Vec<f64>> = (0..10).map(|i| vec![f64::from(i * i)]).collect();
-    let nearest = Nearest::train(&frames, &targets, 3).unwrap();
-    let [mean, variance] = nearest.estimate(&[4.1]).unwrap()[0];
-    assert!((mean - 50.0 / 3.0).abs() < 1e-12);
-    // 9, 16, 25: sum of squares 386/3, over 2, times 4/3.
-    assert!((variance - 386.0 / 3.0 / 2.0 * 4.0 / 3.0).abs() < 1e-10);
-    assert!(Nearest::train(&frames[..2], &targets[..2], 3).is_err());
 }
 
 /// Cycles of a probe on a body that creeps: three channels, a scale.
@@ -439,47 +300,29 @@ fn cycles(count: usize, delay: f64) -> Session {
     Session::new("stage", sensor, &Series::new(times, stage).unwrap()).unwrap()
 }
 
-fn remembering(times: &[f64]) -> ForceOptions {
-    ForceOptions {
-        memory: MemoryLaw {
-            creep_times: times.to_vec(),
-            play_thresholds: Vec::new(),
-        },
-        prior: 1e-3,
-        polynomial: Polynomial { degree: 2 },
-        ..ForceOptions::default()
-    }
+fn trained(session: &Session) -> TrainedForces {
+    train_forces(std::slice::from_ref(session), 0.0, true).unwrap()
 }
 
 #[test]
 fn creep_of_the_body_is_learned() {
-    let session = cycles(6, 0.0);
-    let (_, without) = train_force(std::slice::from_ref(&session), &remembering(&[])).unwrap();
-    let (_, with) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
-    assert!(without.rms > 0.1, "{without:?}");
-    // Noise of 0.01 in channels of 0.1 N each unit.
-    assert!(with.rms < 0.01, "{with:?}");
-    let options = [remembering(&[]), remembering(&[3.0])];
-    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
-    assert_eq!(chosen.map.memory.creep_times, [3.0]);
-}
-
-#[test]
-fn of_equal_maps_the_one_of_the_strongest_prior_is_taken() {
-    let session = cycles(6, 0.0);
-    let options = [1e-6, 1e-4, 1e6].map(|prior| ForceOptions {
-        prior,
-        ..remembering(&[3.0])
-    });
-    let chosen = AcrossRuns::choose(&[session], &options).unwrap();
-    // The last one holds the weights at nothing.
-    assert!(chosen.tried[2].1.rms > 2.0 * chosen.tried[0].1.rms);
-    assert_eq!(chosen.options.prior, 1e-4);
+    let found = trained(&cycles(6, 0.0));
+    let alone = |memory: bool| {
+        let maps = found.candidates[0].iter();
+        let maps = maps.filter(|one| one.blocks.contains(&Block::Slow) == memory);
+        maps.map(|one| one.error).fold(f64::INFINITY, f64::min)
+    };
+    // The body keeps 4 N of a fast press back; noise is 0.01 in channels of 0.1 N each unit, and the fifths
+    // of a run begin and end in the middle of its creep.
+    let (with, without) = (alone(true), alone(false));
+    assert!(with < 0.3 * without, "{with} {without}");
+    let rms = found.held_out[0].score().rms;
+    assert!(rms < 1.2 * with, "{rms} {with}");
 }
 
 #[test]
 fn a_late_scale_is_noticed() {
-    let found = |delay| usual_candidates(&[cycles(6, delay)]).unwrap()[0].offset;
+    let found = |delay| delay_of_scale(&[cycles(6, delay)]).unwrap();
     // A map with memory makes up for a little; of more it notices that the scale is late, and
     // the creep of the body turns the phase on by up to 0.3 s.
     for (delay, least) in [(0.0, 0.0), (0.4, 0.0), (1.2, 1.0)] {
@@ -494,27 +337,25 @@ fn a_late_scale_is_noticed() {
 #[test]
 fn the_estimator_repeats_what_training_did() {
     let session = cycles(4, 0.0);
-    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[1.0, 3.0])).unwrap();
-    let run = features_of(&map, &session).unwrap();
+    let map = trained(&session).map;
+    let mut stream = FeatureStream::new(&map.law, session.baseline(), map.longest_step);
     let mut live = ForceEstimator::new(map.clone(), session.baseline()).unwrap();
-    for (i, (time, frame)) in session
-        .sensor
-        .times()
-        .iter()
-        .zip(session.sensor.rows())
-        .enumerate()
-    {
+    for (time, frame) in session.sensor.times().iter().zip(session.sensor.rows()) {
         let estimate = live.push(*time, frame).unwrap();
-        let trained = map.estimate(&run.features[i]);
-        assert!((estimate.value - trained.value).abs() < 1e-9);
-        assert!((estimate.deviation - trained.deviation).abs() < 1e-9);
+        stream
+            .push((&map.standard, &map.law), *time, frame)
+            .unwrap();
+        let [value, difference] = map.pressing.estimate(&map.law, stream.features());
+        assert_eq!(estimate.value, value.max(map.pressing.range[0]));
+        let deviation = map.pressing.deviation(estimate.value, difference);
+        assert_eq!(estimate.deviation, deviation);
     }
 }
 
 #[test]
 fn after_an_outage_the_deviation_is_larger_until_it_has_faded() {
     let session = cycles(6, 0.0);
-    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
+    let map = trained(&session).map;
     let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
     let (times, frames) = (session.sensor.times(), session.sensor.rows());
     let mut estimates = Vec::new();
@@ -530,7 +371,7 @@ fn after_an_outage_the_deviation_is_larger_until_it_has_faded() {
 #[test]
 fn a_force_beyond_training_is_outside() {
     let session = cycles(4, 0.0);
-    let (map, _) = train_force(std::slice::from_ref(&session), &remembering(&[3.0])).unwrap();
+    let map = trained(&session).map;
     let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
     assert_eq!(
         live.push(0.0, &session.baseline()).unwrap().support,

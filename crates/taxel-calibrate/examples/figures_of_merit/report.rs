@@ -3,13 +3,9 @@
 use std::time::Instant;
 
 use taxel::figure::{Axis, Chart, Figure, Series as Curve, Style};
-use taxel::trained::{
-    ForceEstimator, ForceMap, GaussianProcess, Kernel, Moments, Polynomial, PositionEstimator,
-    Ridge, Standard, Support, TrainingError,
-};
+use taxel::trained::{ForceEstimator, PositionEstimator, Support, TrainingError};
 use taxel_calibrate::training::{
-    AcrossRuns, ForceOptions, Nearest, PositionOptions, ScaleClock, Score, Series, Session,
-    features_of, interval_factor, train_position, usual_candidates,
+    PositionOptions, ScaleClock, Score, Session, delay_of_scale, train_forces, train_position,
 };
 
 use crate::Run;
@@ -116,7 +112,6 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
         "Place, first 80 % of time trains, last 20 % tests; rms distance [mm]",
         "rms",
     );
-    others(&frames, &places, train)?;
     let candidates = PositionOptions::of_one_depth();
     let start = Instant::now();
     let (map, scores) = shown(train_position(
@@ -182,83 +177,6 @@ fn position(run: &Run, page: &mut Figure) -> Shown<()> {
     Ok(())
 }
 
-/// The maps that go straight from channels to place.
-fn others(frames: &[Vec<f64>], places: &[[f64; 2]], train: usize) -> Shown<()> {
-    let targets: Vec<Vec<f64>> = places.iter().map(|p| p.to_vec()).collect();
-    let nearest = shown(Nearest::train(&frames[..train], &targets[..train], 5))?;
-    let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-    for (frame, place) in frames[train..].iter().zip(&places[train..]) {
-        for (axis, [mean, variance]) in shown(nearest.estimate(frame))?.iter().enumerate() {
-            errors.push(mean - place[axis]);
-            // Neighbours at one place have no spread: the grid is the least.
-            deviations.push(variance.sqrt().max(1e-4));
-        }
-    }
-    line(
-        "five nearest neighbours",
-        of_place(&errors, &deviations),
-        METRES,
-        "",
-    );
-    let standard = shown(Standard::of(&frames[..train]))?;
-    let inputs: Vec<Vec<f64>> = shown(frames.iter().map(|f| standard.apply(f)).collect())?;
-    for degree in 1..=3 {
-        let features: Vec<Vec<f64>> = inputs
-            .iter()
-            .map(|z| {
-                let mut row = Vec::new();
-                Polynomial { degree }.expand(z, &mut row);
-                row
-            })
-            .collect();
-        let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-        for axis in 0..2 {
-            let target: Vec<f64> = places.iter().map(|p| p[axis]).collect();
-            let moments = shown(Moments::of(&features[..train], &target[..train]))?;
-            let ridge = shown(Ridge::fit(&moments, 1e-2))?;
-            for (row, truth) in features[train..].iter().zip(&target[train..]) {
-                errors.push(ridge.mean(row) - truth);
-                deviations.push((ridge.noise_variance() * (1.0 + ridge.leverage(row))).sqrt());
-            }
-        }
-        let name = format!("polynomial ridge, degree {degree}");
-        line(&name, of_place(&errors, &deviations), METRES, "");
-    }
-    process(&inputs, &targets, train)
-}
-
-/// A Gaussian process on every third frame, as an exact one is slow.
-fn process(inputs: &[Vec<f64>], targets: &[Vec<f64>], train: usize) -> Shown<()> {
-    let thin = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> { rows.iter().step_by(3).cloned().collect() };
-    let kernel = Kernel {
-        deviation: 10e-3,
-        length: 2.0,
-        slope: 1e-3,
-        noise: 0.3e-3,
-    };
-    let process = shown(GaussianProcess::observe(
-        kernel,
-        &thin(&inputs[..train]),
-        &thin(&targets[..train]),
-    ))?;
-    let (mut errors, mut deviations) = (Vec::new(), Vec::new());
-    for (input, target) in inputs[train..].iter().zip(&targets[train..]) {
-        let (means, variance) = process.estimate(input);
-        for (mean, truth) in means.iter().zip(target) {
-            errors.push(mean - truth);
-            deviations.push(variance.sqrt());
-        }
-    }
-    let score = of_place(&errors, &deviations);
-    line(
-        "Gaussian process, every third press",
-        score,
-        METRES,
-        "too slow for live use",
-    );
-    Ok(())
-}
-
 /// Result that a random split would claim: every fifth press is held out.
 fn random_split(frames: &[Vec<f64>], places: &[[f64; 2]]) -> Shown<()> {
     let mut mixed: Vec<usize> = (0..frames.len()).collect();
@@ -318,158 +236,83 @@ fn microseconds(frames: usize, mut estimate: impl FnMut(usize) -> f64) -> f64 {
 
 // ------------------------------------------------------------------- force
 
-/// The runs with the clocks of their scales.
-fn clocked(runs: &[Session]) -> Shown<Vec<Session>> {
-    let of = |run: &Session| {
-        Ok(Session {
-            scale_clock: shown(ScaleClock::of(run))?,
-            ..run.clone()
-        })
-    };
-    runs.iter().map(of).collect()
-}
-
-/// The map that `taxel calibrate` makes of these runs.
-fn trained(runs: &[Session]) -> Shown<AcrossRuns> {
-    let runs = &clocked(runs)?;
-    let candidates = shown(usual_candidates(runs))?;
-    shown(AcrossRuns::choose(runs, &candidates))
-}
-
-fn name_of(options: &ForceOptions) -> String {
-    let [own, memory, mixed] = options.prior_shares;
-    let products = if options.mixed > 0 {
-        " with products"
-    } else {
-        ""
-    };
-    format!(
-        "degree {}, creep {:?} s{products}, prior {} x (1, {own}, {memory}, {mixed})",
-        options.polynomial.degree, options.memory.creep_times, options.prior
-    )
-}
-
-/// Errors, deviations, whether the probe loads (+1), unloads (−1) or rests, times.
-struct Tested {
-    errors: Vec<f64>,
-    deviations: Vec<f64>,
-    branch: Vec<i8>,
-    times: Vec<f64>,
-    truth: Vec<f64>,
-    outside: usize,
-}
-
-fn test(map: &ForceMap, session: &Session) -> Shown<Tested> {
-    let rows = shown(features_of(map, session))?;
-    let mut tested = Tested {
-        errors: Vec::new(),
-        deviations: Vec::new(),
-        branch: Vec::new(),
-        times: rows.times.clone(),
-        truth: rows.force.clone(),
-        outside: 0,
-    };
-    for ((row, force), time) in rows.learned().iter().zip(&rows.force).zip(&rows.times) {
-        let estimate = map.estimate(row);
-        tested.errors.push(estimate.value - force);
-        tested.deviations.push(estimate.deviation);
-        tested.outside += usize::from(estimate.support == Support::Outside);
-        tested.branch.push(branch(session, *time));
-    }
-    Ok(tested)
-}
-
-/// True if the probe goes down (1) or up (−1) around `time`, by more than 20 um.
-fn branch(session: &Session, time: f64) -> i8 {
-    let height = |t: f64| session.place.at(t, 10.0).map_or(0.0, |row| row[2]);
-    let change = height(time + 0.3) - height(time - 0.3);
-    if change.abs() < 2e-5 {
-        0
-    } else if change < 0.0 {
-        1
-    } else {
-        -1
-    }
-}
-
-impl Tested {
-    fn score(&self, keep: impl Fn(usize) -> bool) -> Score {
-        let rows: Vec<usize> = (0..self.errors.len()).filter(|i| keep(*i)).collect();
-        let take = |of: &[f64]| rows.iter().map(|i| of[*i]).collect::<Vec<_>>();
-        Score::of(&take(&self.errors), &take(&self.deviations))
-    }
-
-    fn show(&self, name: &str) {
-        line(name, self.score(|_| true), 1.0, "");
-        line("    loading", self.score(|i| self.branch[i] > 0), 1.0, "");
-        line("    unloading", self.score(|i| self.branch[i] < 0), 1.0, "");
-        println!(
-            "    {} of {} readings outside",
-            self.outside,
-            self.errors.len()
-        );
-    }
-
-    /// Mean of unloading minus loading error: the width of the loop that is left, N.
-    fn loop_width(&self) -> f64 {
-        let mean = |sign: i8| {
-            let members = (0..self.errors.len()).filter(|i| self.branch[*i] == sign);
-            let members = members.filter(|i| self.truth[*i] > 1.0);
-            let (sum, count) = members.fold((0.0, 0.0), |(s, c), i| (s + self.errors[i], c + 1.0));
-            sum / f64::max(count, 1.0)
-        };
-        mean(1) - mean(-1)
-    }
-}
-
 fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
-    let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
-    let Some(first) = sessions.first() else {
+    let mut sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
+    let Some(width) = sessions.first().map(|first| first.sensor.width()) else {
         return Ok(());
     };
+    println!("\nForce, {width} channels: {} run(s)", runs.len());
+    for (session, run) in sessions.iter_mut().zip(runs) {
+        session.scale_clock = shown(ScaleClock::of(session))?;
+        if let Some(clock) = session.scale_clock {
+            println!(
+                "  {}: the scale measures every {:.5} s by its own clock; the age of its readings is {:.3} N rms",
+                run.name, clock.period, clock.error
+            );
+        }
+    }
+    let offset = shown(delay_of_scale(&sessions))?;
+    let start = Instant::now();
+    let trained = shown(train_forces(&sessions, offset, true))?;
     println!(
-        "\nForce, {} channels: {} run(s)",
-        first.sensor.width(),
-        runs.len()
+        "  the scale comes {offset:.1} s after the sensor; trained in {:.1} s",
+        start.elapsed().as_secs_f64()
     );
-    let chosen = trained(&sessions)?;
     println!(
-        "  the scale comes {:.1} s after the sensor",
-        chosen.options.offset
+        "  maps of the mixture, from simple to rich: error of held-out readings alone [N], share"
     );
-    let held_out = if runs.len() > 1 {
-        "Force, candidates: each run from the others [N]"
+    for one in &trained.candidates[0] {
+        let names: Vec<&str> = one.blocks.iter().map(|block| block.name()).collect();
+        println!(
+            "  {:>8.3} {:>6.2}  {}",
+            one.error,
+            one.share,
+            names.join(", ")
+        );
+    }
+    head(
+        "Force, held out from all that is learned, as live [N]",
+        "rms",
+    );
+    let held_out = &trained.held_out[0];
+    let which = if runs.len() > 1 {
+        "runs"
     } else {
-        "Force, candidates: each of the last three tenths of the run from what comes before it [N]"
+        "fifths of the run"
     };
-    head(held_out, "rms");
-    for (options, score) in &chosen.tried {
-        let best = *options == chosen.options;
-        let note = if best { "chosen" } else { "" };
-        line(&name_of(options), *score, 1.0, note);
-    }
+    line(which, held_out.score(), 1.0, "");
+    let points = held_out.times.iter().zip(&held_out.errors);
+    page.charts.push(Chart {
+        title: "Force, held out: error".to_owned(),
+        x: Axis::new("time", "s"),
+        y: Axis::new("error", "N"),
+        series: vec![Curve::new(
+            "error",
+            points.map(|(time, error)| [*time, *error]).collect(),
+            Style::Line,
+        )],
+    });
+    head("Force, live, by training on [N]", "rms");
     for run in runs {
-        last_fifth(run)?;
-    }
-    head("Force, last half of the last run held out [N]", "rms");
-    last_half(&sessions, page)?;
-    if runs.len() > 1 {
-        head("Force, one run held out, trained on the others [N]", "rms");
+        let Some(force) = &run.session.force else {
+            continue;
+        };
+        let end = force.times()[force.times().len() * 4 / 5];
+        let name = format!("80 % of {}: the rest", run.name);
+        live(&name, &[(run, end)], run, end)?;
     }
     for (held, run) in runs.iter().enumerate().filter(|_| runs.len() > 1) {
-        let others: Vec<Session> = (0..runs.len())
-            .filter(|i| *i != held)
-            .map(|i| sessions[i].clone())
-            .collect();
-        let found = trained(&others)?;
-        println!("  {}", name_of(&found.options));
-        test(&found.map, &run.session)?.show(&format!("test on {}", run.name));
         let others = (0..runs.len()).filter(|i| *i != held);
         let others: Vec<(&Run, f64)> = others.map(|i| (runs[i], f64::INFINITY)).collect();
-        live("    live", &others, run, f64::NEG_INFINITY)?;
+        live(
+            &format!("the others: {}", run.name),
+            &others,
+            run,
+            f64::NEG_INFINITY,
+        )?;
     }
-    let map = &chosen.map;
-    let mut estimator = shown(ForceEstimator::new(map.clone(), first.baseline()))?;
+    let first = &sessions[0];
+    let mut estimator = shown(ForceEstimator::new(trained.map, first.baseline()))?;
     let (times, frames) = (first.sensor.times(), first.sensor.rows());
     let time = microseconds(frames.len(), |i| {
         estimator
@@ -478,66 +321,7 @@ fn force(runs: &[&Run], page: &mut Figure) -> Shown<()> {
     });
     println!(
         "  one frame: {time:.1} us, {} features",
-        map.ridge.weights().len()
-    );
-    Ok(())
-}
-
-/// A run without the readings of its scale after `last` of them.
-fn begun(run: &Session, last: usize) -> Session {
-    let force = run.force.as_ref().and_then(|force| {
-        Series::new(
-            force.times()[..last].to_vec(),
-            force.rows()[..last].to_vec(),
-        )
-    });
-    Session {
-        force,
-        ..run.clone()
-    }
-}
-
-/// The last fifth of the readings of a run is the test, at the times of the readings and at those
-/// when a scale with a clock of its own measured what they show.
-fn last_fifth(run: &Run) -> Shown<()> {
-    let Some(force) = &run.session.force else {
-        return Ok(());
-    };
-    let count = force.times().len() * 4 / 5;
-    let begun = [begun(&run.session, count)];
-    let found = trained(&begun)?;
-    head(
-        &format!(
-            "Force, {}: first 80 % trains, last 20 % tests [N]",
-            run.name
-        ),
-        "rms",
-    );
-    let later = |mut tested: Tested| {
-        tested.errors.drain(..count);
-        tested.deviations.drain(..count);
-        tested.score(|_| true)
-    };
-    let score = later(test(&found.map, &run.session)?);
-    line(&name_of(&found.options), score, 1.0, "");
-    let end = force.times()[count];
-    live("the same, live", &[(run, end)], run, end)?;
-    let Some(clock) = shown(ScaleClock::of(&run.session))? else {
-        return Ok(());
-    };
-    let clocked = Session {
-        scale_clock: Some(clock),
-        ..run.session.clone()
-    };
-    line(
-        "the same, at the times of the measurements",
-        later(test(&found.map, &clocked)?),
-        1.0,
-        "",
-    );
-    println!(
-        "  the scale measures every {:.5} s by its own clock; the age of its readings is {:.3} N rms of them",
-        clock.period, clock.error
+        estimator.map().law.len()
     );
     Ok(())
 }
@@ -559,51 +343,5 @@ fn live(name: &str, training: &[(&Run, f64)], tested: &Run, from: f64) -> Shown<
         }
     }
     line(name, Score::of(&errors, &deviations), 1.0, "");
-    Ok(())
-}
-
-/// The last run's second half is the test; memory runs through.
-fn last_half(sessions: &[Session], page: &mut Figure) -> Shown<()> {
-    let Some((last, before)) = sessions.split_last() else {
-        return Ok(());
-    };
-    let Some(force) = &last.force else {
-        return Ok(());
-    };
-    let half = force.times()[force.times().len() / 2];
-    let mut training = before.to_vec();
-    let count = force.times().partition_point(|t| *t < half);
-    training.push(begun(last, count));
-    let training = clocked(&training)?;
-    let candidates = shown(usual_candidates(&training))?;
-    let memoryless: Vec<ForceOptions> = candidates
-        .iter()
-        .filter(|options| options.memory.creep_times.is_empty())
-        .cloned()
-        .collect();
-    let mut curves = Vec::new();
-    for (name, candidates) in [("without memory", &memoryless), ("chosen", &candidates)] {
-        let map = shown(AcrossRuns::choose(&training, candidates))?.map;
-        let mut tested = test(&map, last)?;
-        let begin = tested.times.partition_point(|t| *t < half);
-        tested.errors.drain(..begin);
-        tested.deviations.drain(..begin);
-        tested.branch.drain(..begin);
-        tested.times.drain(..begin);
-        tested.truth.drain(..begin);
-        tested.show(name);
-        println!("    loop that is left: {:.3} N wide", tested.loop_width());
-        let points = tested.times.iter().zip(&tested.errors);
-        let points = points.map(|(t, e)| [t - half, *e]).collect();
-        curves.push(Curve::new(name, points, Style::Line));
-        let factor = interval_factor(&tested.errors, &tested.deviations);
-        println!("    deviations would have to be {factor:.2} times as large for 95 %");
-    }
-    page.charts.push(Chart {
-        title: "Force, last half of the last run: error".to_owned(),
-        x: Axis::new("time", "s"),
-        y: Axis::new("error", "N"),
-        series: curves,
-    });
     Ok(())
 }

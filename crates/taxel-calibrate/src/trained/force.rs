@@ -74,7 +74,12 @@ pub(super) fn train(
             score.rms,
             100.0 * score.coverage
         )));
-        found.hold_out.push(ResidualSummary::of(name.into(), unit, &held_out.errors, largest));
+        found.hold_out.push(ResidualSummary::of(
+            name.into(),
+            unit,
+            &held_out.errors,
+            largest,
+        ));
         found.scope.push(Scope {
             name: name.into(),
             unit,
@@ -152,8 +157,14 @@ fn same_clock(name: &str, runs: &[Session], trained: &TrainedForces) -> Result<(
     if left < SUSPECT || presses(runs) < 2 {
         return Ok(());
     }
-    let Ok(quick) = Quick::of(runs) else { return Ok(()) };
-    let all: usize = runs.iter().flat_map(|run| &run.force).map(|force| force.times().len()).sum();
+    let Ok(quick) = Quick::of(runs) else {
+        return Ok(());
+    };
+    let all: usize = runs
+        .iter()
+        .flat_map(|run| &run.force)
+        .map(|force| force.times().len())
+        .sum();
     // Error of a delay over the spread of the readings that it leaves.
     let error = |offset: f64| {
         let (square, count) = quick.error(offset, &[Block::Channels]).ok()?;
@@ -275,12 +286,22 @@ fn mixture(trained: &TrainedForces) -> Vec<Remark> {
 /// What is held out, and what is not.
 fn among(trained: &TrainedForces, runs: usize) -> Remark {
     let score = trained.held_out[0].score();
-    let times: Vec<String> = trained.map.law.times.iter().map(|time| format!("{time:.3}")).collect();
+    let times: Vec<String> = trained
+        .map
+        .law
+        .times
+        .iter()
+        .map(|time| format!("{time:.3}"))
+        .collect();
     Remark::whole(format!(
         "force: the mixture of these maps, with memory over {} s, scale {:.1} s after the sensor. Held out from all that is          learned, maps, priors, shares, relation and rest, {} have {:.4} N rms as live, {:.1} % within the 95 % intervals. The          readings of the training, replayed live, have {:.4} N rms",
         times.join(", "),
         trained.map.offset,
-        if runs > 1 { "whole runs" } else { "fifths of the run" },
+        if runs > 1 {
+            "whole runs"
+        } else {
+            "fifths of the run"
+        },
         score.rms,
         100.0 * score.coverage,
         trained.replayed
@@ -370,7 +391,12 @@ fn figure(held_out: &HeldOut, runs: usize) -> Figure {
     };
     // The gap parts the lower end from the upper one.
     let interval = [end(-1.0), vec![[f64::NAN; 2]], end(1.0)].concat();
-    let errors = rows.clone().map(|i| [held_out.estimates[i] - held_out.errors[i], held_out.errors[i]]);
+    let errors = rows.clone().map(|i| {
+        [
+            held_out.estimates[i] - held_out.errors[i],
+            held_out.errors[i],
+        ]
+    });
     let loops = Curve::new("mixture of maps", errors.collect(), Style::Line);
     let truth = |i: usize| held_out.estimates[i] - held_out.errors[i];
     let over_time = Chart {

@@ -85,11 +85,18 @@ pub fn train(
     let noisier = rest.as_ref().and_then(|rest| noisier(named, rest, &broken));
     found.remarks.extend(noisier);
     let at_rest = rest.as_ref().map(|rest| &rest.mean[..]);
-    let (position, place) = place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
+    let (position, place) =
+        place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
     let tared = tared || position.is_none();
-    let force = force::train(&runs, named.sensor.electronics.frame_rate, tared, &mut found)?;
+    let force = force::train(
+        &runs,
+        named.sensor.electronics.frame_rate,
+        tared,
+        &mut found,
+    )?;
     let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
-    let relation = trained_relation(&sessions, None, tared).map_err(|error| failed(file, &error))?;
+    let relation =
+        trained_relation(&sessions, None, tared).map_err(|error| failed(file, &error))?;
     if position.is_none() && force.is_none() {
         let message = "the recordings have neither positions all over an area nor forces: there is nothing to train";
         let help =

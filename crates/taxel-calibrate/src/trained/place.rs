@@ -1,8 +1,8 @@
 //! Which runs determine positions, and the map of the position.
 
+use super::failed;
 use super::presses::{Presses, SAME};
 use super::readings::Run;
-use super::failed;
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
@@ -114,9 +114,17 @@ fn mixture(runs: &[&Run], presses: &Presses, rms: f64, found: &mut Outcome) -> O
     if !better {
         return None;
     }
-    for (name, one) in ["place.x, mixture", "place.y, mixture"].into_iter().zip(&held_out) {
+    for (name, one) in ["place.x, mixture", "place.y, mixture"]
+        .into_iter()
+        .zip(&held_out)
+    {
         let [low, high] = map.axes[usize::from(name.starts_with("place.y"))].range;
-        found.hold_out.push(ResidualSummary::of(name.into(), "m", &one.errors, high - low));
+        found.hold_out.push(ResidualSummary::of(
+            name.into(),
+            "m",
+            &one.errors,
+            high - low,
+        ));
     }
     Some(map)
 }

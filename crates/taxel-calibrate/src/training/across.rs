@@ -120,8 +120,13 @@ impl Learned {
 
 /// Maps of the map that a report names: the pressing force, then the components.
 pub(crate) fn maps_of(map: &ForceMap) -> Vec<(Option<Component>, &MixedMap)> {
-    let others = map.components.iter().map(|one| (Some(one.component), &one.map));
-    std::iter::once((None, &map.pressing)).chain(others).collect()
+    let others = map
+        .components
+        .iter()
+        .map(|one| (Some(one.component), &one.map));
+    std::iter::once((None, &map.pressing))
+        .chain(others)
+        .collect()
 }
 
 /// Trains the forces of runs that each begin without contact, of a scale that comes `offset` s after the
@@ -204,7 +209,10 @@ fn judged(
     let maps = maps_of(map);
     let components: Vec<Option<Component>> = maps.iter().map(|(component, _)| *component).collect();
     let touches = replayed(learned.maps(), &run.sensor, |touch| {
-        components.iter().flat_map(|component| of_touch(*component, touch)).collect()
+        components
+            .iter()
+            .flat_map(|component| of_touch(*component, touch))
+            .collect()
     })?;
     // The maps alone, for what their members differ by.
     let mut alone = ForceEstimator::new(map.clone(), run.baseline())?;
@@ -216,21 +224,28 @@ fn judged(
         })
         .collect();
     let rows = touches.into_iter().zip(differences);
-    let rows: Vec<Vec<f64>> = rows.map(|(touch, differences)| [touch, differences].concat()).collect();
-    let estimates = Series::new(run.sensor.times().to_vec(), rows).ok_or(TrainingError::TooFew {
-        found: 0,
-        needed: 2,
-    })?;
+    let rows: Vec<Vec<f64>> = rows
+        .map(|(touch, differences)| [touch, differences].concat())
+        .collect();
+    let estimates =
+        Series::new(run.sensor.times().to_vec(), rows).ok_or(TrainingError::TooFew {
+            found: 0,
+            needed: 2,
+        })?;
     let mut found = vec![HeldOut::default(); count];
     for (number, (component, own)) in maps.iter().enumerate() {
         let readings = match component {
             None => run.force.as_ref(),
             Some(wanted) => {
                 let mut components = run.components.iter();
-                components.find(|(other, _)| other == wanted).map(|(_, series)| series)
+                components
+                    .find(|(other, _)| other == wanted)
+                    .map(|(_, series)| series)
             }
         };
-        let rows = readings.iter().flat_map(|series| series.times().iter().zip(series.rows()));
+        let rows = readings
+            .iter()
+            .flat_map(|series| series.times().iter().zip(series.rows()));
         for (time, reading) in rows.filter(|(time, _)| fold.has(fold.run, **time)) {
             let Some(row) = estimates.at(time - map.offset, map.longest_step) else {
                 continue;
@@ -252,14 +267,19 @@ fn replayed_error(runs: &[Session], learned: &Learned) -> Result<f64, TrainingEr
     let map = &learned.forces.map;
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for run in runs {
-        let rows = replayed(learned.maps(), &run.sensor, |touch| of_touch(None, touch).to_vec())?;
+        let rows = replayed(learned.maps(), &run.sensor, |touch| {
+            of_touch(None, touch).to_vec()
+        })?;
         let times = run.sensor.times();
         let Some(estimates) = Series::new(times.to_vec(), rows) else {
             continue;
         };
         // Before the end of its rest capture live says no force.
         let known = times.get(REST_FRAMES).copied().unwrap_or(f64::NEG_INFINITY);
-        let readings = run.force.iter().flat_map(|f| f.times().iter().zip(f.rows()));
+        let readings = run
+            .force
+            .iter()
+            .flat_map(|f| f.times().iter().zip(f.rows()));
         for (time, reading) in readings.filter(|(time, _)| **time - map.offset >= known) {
             let estimate = estimates.at(time - map.offset, map.longest_step);
             let error = estimate.map_or(f64::NAN, |estimate| estimate[0] - reading[0]);
@@ -301,7 +321,10 @@ fn replayed(
             ..Frame::default()
         };
         // Every frame of a recording has as many channels.
-        let own = estimator.push(&frame).map(|(touch, _)| of(touch)).unwrap_or_default();
+        let own = estimator
+            .push(&frame)
+            .map(|(touch, _)| of(touch))
+            .unwrap_or_default();
         width = width.max(own.len());
         found.push(own);
     }
@@ -332,9 +355,11 @@ fn of_touch(component: Option<Component>, touch: &Touch) -> [f64; 2] {
 /// square error: a map with memory makes up for a scale that is a little late, and its force is
 /// then what the scale shows at the time of the frame.
 const CLEARLY_LATE: f64 = 0.7;
+/// Step of the times that are tried, s.
+const DELAY_STEP: f64 = 0.1;
 
 /// By how much the scale comes after the sensor, s: none, unless a time from −0.5 s to 1.5 s leaves clearly
-/// less error of maps with memory.
+/// less error of maps with memory, and less by more than half a step of these times changes the readings.
 ///
 /// # Errors
 /// [`TrainingError`].
@@ -342,16 +367,21 @@ pub fn delay_of_scale(runs: &[Session]) -> Result<f64, TrainingError> {
     let quick = Quick::of(runs)?;
     let tried: Vec<(f64, f64)> = (-5..=15)
         .into_par_iter()
-        .map(|tenths| {
-            let offset = 0.1 * f64::from(tenths);
+        .map(|steps| {
+            let offset = DELAY_STEP * f64::from(steps);
             let blocks = [Block::Channels, Block::Sums, Block::SlowSums, Block::Slow];
             Ok((quick.error(offset, &blocks)?.0, offset))
         })
         .collect::<Result<_, TrainingError>>()?;
     let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
+    let seen = quick.change_within(0.5 * DELAY_STEP);
     Ok(match (least, prompt) {
-        (Some((least, offset)), Some((prompt, _))) if *least < CLEARLY_LATE * prompt => *offset,
+        (Some((least, offset)), Some((prompt, _)))
+            if *least < CLEARLY_LATE * prompt && prompt - least > seen =>
+        {
+            *offset
+        }
         _ => 0.0,
     })
 }
@@ -399,6 +429,7 @@ fn straight_line(points: impl Iterator<Item = [f64; 2]> + Clone) -> Line {
 #[cfg(test)]
 mod tests {
     use super::super::NORMAL_95;
+    use super::super::next_run::of_mean;
     use super::*;
     use taxel_numerics::Noise;
     use taxel_numerics::least_squares::student_quantile;

@@ -14,6 +14,10 @@ pub(super) const BLOCKS: usize = 5;
 /// Priors that are tried first; then the neighbours of the best.
 const PRIORS: [f64; 3] = [1e-2, 1.0, 1e2];
 const NEIGHBOUR: f64 = 10.0;
+/// Prior of the only run for each reading. Its blocks are alike and would choose a prior that gains next to nothing
+/// on them and loses much on the next run; whole runs choose this in the median over maps and kinds of skins
+/// (`REMARKS=1 cargo run --release -p taxel-calibrate --example skins`).
+const OF_ONE_RUN: f64 = 0.01;
 /// Features with less than this share of the deviation of the largest of their block are rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -100,7 +104,10 @@ pub(super) struct Mixture {
 fn difference(estimates: &[f64]) -> f64 {
     let count = estimates.len().max(1) as f64;
     let mean = estimates.iter().sum::<f64>() / count;
-    let square = estimates.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+    let square = estimates
+        .iter()
+        .map(|own| (own - mean).powi(2))
+        .sum::<f64>();
     (square / count).sqrt()
 }
 
@@ -136,7 +143,8 @@ impl Design {
         let mut whitenings = Vec::new();
         let mut start = 0;
         let blocks = parts.iter().enumerate();
-        let blocks = blocks.flat_map(|(of, (law, blocks))| blocks.iter().map(move |block| (of, *law, *block)));
+        let blocks = blocks
+            .flat_map(|(of, (law, blocks))| blocks.iter().map(move |block| (of, *law, *block)));
         for (of, law, block) in blocks {
             let raw = law.count(block);
             let mut range = start..start + raw;
@@ -187,7 +195,10 @@ impl Design {
             }));
         }
         Ok(Self {
-            places: groups.iter().map(|group| group.iter().map(|at| places[*at]).collect()).collect(),
+            places: groups
+                .iter()
+                .map(|group| group.iter().map(|at| places[*at]).collect())
+                .collect(),
             rows: of_groups,
             mean,
             scale,
@@ -196,25 +207,41 @@ impl Design {
         })
     }
 
+    /// True if the groups are blocks of the only run.
+    fn of_one_run(&self) -> bool {
+        let mut runs = self.places.iter().flatten().map(|[run, _]| run);
+        let first = runs.next();
+        runs.all(|run| Some(run) == first)
+    }
+
     /// Columns of all features.
     pub(super) fn all(&self) -> Vec<usize> {
         (0..self.mean.len()).collect()
     }
 
     fn columns(&self, (of, blocks): Form) -> Vec<usize> {
-        let own = self.ranges.iter().filter(|((law, block), _)| *law == of && blocks.contains(block));
+        let own = self
+            .ranges
+            .iter()
+            .filter(|((law, block), _)| *law == of && blocks.contains(block));
         own.flat_map(|(_, range)| range.clone()).collect()
     }
 
     /// Readings of each group, less their mean over all of it; and the mean.
     pub(super) fn targets(&self, readings: &[Vec<[f64; 2]>]) -> (Vec<Vec<f64>>, f64) {
         let of = |group: &Vec<[usize; 2]>| -> Vec<f64> {
-            group.iter().map(|[run, at]| readings[*run][*at][1]).collect()
+            group
+                .iter()
+                .map(|[run, at]| readings[*run][*at][1])
+                .collect()
         };
         let mut targets: Vec<Vec<f64>> = self.places.iter().map(of).collect();
         let count: usize = targets.iter().map(Vec::len).sum();
         let mean = targets.iter().flatten().sum::<f64>() / count.max(1) as f64;
-        targets.iter_mut().flatten().for_each(|value| *value -= mean);
+        targets
+            .iter_mut()
+            .flatten()
+            .for_each(|value| *value -= mean);
         (targets, mean)
     }
 
@@ -232,12 +259,16 @@ impl Design {
             .par_iter()
             .map(|form| solver.fitted(self.columns(*form), None))
             .collect::<Result<_, _>>()?;
-        let mut members: Vec<Vec<Vec<f64>>> = fitted.iter().map(|one| one.held_out.clone()).collect();
+        let mut members: Vec<Vec<Vec<f64>>> =
+            fitted.iter().map(|one| one.held_out.clone()).collect();
         let less = |rows: &Vec<f64>| rows.iter().map(|value| value - mean).collect();
         members.extend(beside.map(|groups| groups.iter().map(less).collect()));
         let shares_without = |out: Option<usize>| {
             let kept = |rows: &[Vec<f64>]| -> Vec<f64> {
-                let rows = rows.iter().enumerate().filter(|(group, _)| Some(*group) != out);
+                let rows = rows
+                    .iter()
+                    .enumerate()
+                    .filter(|(group, _)| Some(*group) != out);
                 rows.flat_map(|(_, rows)| rows.iter().copied()).collect()
             };
             let all: Vec<Vec<f64>> = members.iter().map(|one| kept(one)).collect();
@@ -249,9 +280,18 @@ impl Design {
             let shares = shares_without(Some(group));
             for (row, truth) in target.iter().enumerate() {
                 let own: Vec<f64> = members.iter().map(|one| one[group][row]).collect();
-                let estimate = own.iter().zip(&shares).map(|(own, share)| own * share).sum::<f64>();
+                let estimate = own
+                    .iter()
+                    .zip(&shares)
+                    .map(|(own, share)| own * share)
+                    .sum::<f64>();
                 let difference = difference(&own);
-                held_out.push(group, [row as f64, truth + mean], [estimate + mean, difference], 0.0);
+                held_out.push(
+                    group,
+                    [row as f64, truth + mean],
+                    [estimate + mean, difference],
+                    0.0,
+                );
             }
         }
         let shares = shares_without(None);
@@ -295,7 +335,8 @@ impl Design {
         // In the order of the features.
         let (of, blocks) = form;
         let ranges = self.ranges.iter();
-        for (key, range) in ranges.filter(|((law, block), _)| *law == of && blocks.contains(block)) {
+        for (key, range) in ranges.filter(|((law, block), _)| *law == of && blocks.contains(block))
+        {
             own.push(key.1);
             let values = &by_column[range.clone()];
             match self.whitenings.iter().find(|(other, _)| other == key) {
@@ -322,13 +363,17 @@ const KERNEL_SCALE: f64 = 3.0;
 /// Inverse root of the kernels of the centres with each other: with it the ridge is that of the kernels.
 fn whitening(law: &FeatureLaw, block: Block) -> Mat<f64> {
     let count = law.centres.len();
-    let kernels = Mat::from_fn(count, count, |i, j| law.kernel(block, &law.centres[i], &law.centres[j]));
+    let kernels = Mat::from_fn(count, count, |i, j| {
+        law.kernel(block, &law.centres[i], &law.centres[j])
+    });
     let Ok(decomposed) = kernels.self_adjoint_eigen(Side::Lower) else {
         return Mat::zeros(count, 0);
     };
     let (vectors, values) = (decomposed.U(), decomposed.S());
     // Less is rounding.
-    let kept: Vec<usize> = (0..count).filter(|at| values[*at] > 1e-7 * values[count - 1]).collect();
+    let kept: Vec<usize> = (0..count)
+        .filter(|at| values[*at] > 1e-7 * values[count - 1])
+        .collect();
     Mat::from_fn(count, kept.len(), |i, j| {
         KERNEL_SCALE * vectors[(i, kept[j])] / values[kept[j]].sqrt()
     })
@@ -377,13 +422,23 @@ impl<'a> Solver<'a> {
         Self {
             design,
             targets,
-            grams: design.rows.iter().map(|rows| rows.transpose() * rows).collect(),
-            moments: rows.map(|(rows, target)| rows.transpose() * column(target)).collect(),
+            grams: design
+                .rows
+                .iter()
+                .map(|rows| rows.transpose() * rows)
+                .collect(),
+            moments: rows
+                .map(|(rows, target)| rows.transpose() * column(target))
+                .collect(),
         }
     }
 
     /// The ridge over some columns with the prior that predicts groups best, or with `prior`.
-    pub(super) fn fitted(&self, columns: Vec<usize>, prior: Option<f64>) -> Result<Fitted, TrainingError> {
+    pub(super) fn fitted(
+        &self,
+        columns: Vec<usize>,
+        prior: Option<f64>,
+    ) -> Result<Fitted, TrainingError> {
         let size = columns.len();
         let sub = |of: &Mat<f64>| Mat::from_fn(size, size, |i, j| of[(columns[i], columns[j])]);
         let part = |of: &Mat<f64>| Mat::from_fn(size, 1, |i, _| of[(columns[i], 0)]);
@@ -395,8 +450,11 @@ impl<'a> Solver<'a> {
             let parts = parts.filter(|(group, _)| Some(*group) != except);
             parts.fold(zero(), |(gram, moment), (_, (g, m))| (gram + g, moment + m))
         };
-        let sums: Vec<(Mat<f64>, Mat<f64>)> = (0..grams.len()).map(|group| sum(Some(group))).collect();
-        let solve = |(gram, moment): &(Mat<f64>, Mat<f64>), prior: f64| -> Result<Mat<f64>, TrainingError> {
+        let sums: Vec<(Mat<f64>, Mat<f64>)> =
+            (0..grams.len()).map(|group| sum(Some(group))).collect();
+        let solve = |(gram, moment): &(Mat<f64>, Mat<f64>),
+                     prior: f64|
+         -> Result<Mat<f64>, TrainingError> {
             let mut matrix = gram.clone();
             for j in 0..size {
                 matrix[(j, j)] += prior;
@@ -407,7 +465,7 @@ impl<'a> Solver<'a> {
             Ok(factor.solve(moment))
         };
         let tried = |prior: f64| -> Result<Fitted, TrainingError> {
-            let (mut error, mut held_out) = (0.0, Vec::new());
+            let (mut squares, mut held_out) = (Vec::new(), Vec::new());
             for (group, sums) in sums.iter().enumerate() {
                 let weights = solve(sums, prior)?;
                 let rows = &self.design.rows[group];
@@ -418,10 +476,12 @@ impl<'a> Solver<'a> {
                 let estimates = rows * all;
                 let estimates: Vec<f64> = (0..rows.nrows()).map(|i| estimates[(i, 0)]).collect();
                 let target = &self.targets[group];
-                let squares = estimates.iter().zip(target).map(|(a, b)| (a - b) * (a - b));
-                error += squares.sum::<f64>() / target.len().max(1) as f64 / sums_len(self.targets);
+                let own = estimates.iter().zip(target).map(|(a, b)| (a - b) * (a - b));
+                squares.push(own.sum::<f64>() / target.len().max(1) as f64);
                 held_out.push(estimates);
             }
+            let count = squares.len().max(1) as f64;
+            let error = squares.iter().sum::<f64>() / count;
             Ok(Fitted {
                 prior,
                 error,
@@ -431,8 +491,15 @@ impl<'a> Solver<'a> {
         };
         let mut best = match prior {
             Some(prior) => tried(prior)?,
+            None if self.design.of_one_run() => {
+                let rows: usize = self.targets.iter().map(Vec::len).sum();
+                tried(OF_ONE_RUN * rows as f64)?
+            }
             None => {
-                let all = PRIORS.map(tried).into_iter().collect::<Result<Vec<_>, _>>()?;
+                let all = PRIORS
+                    .map(tried)
+                    .into_iter()
+                    .collect::<Result<Vec<_>, _>>()?;
                 let best = least(all);
                 let beside = [best.prior / NEIGHBOUR, best.prior * NEIGHBOUR].map(tried);
                 let all = beside.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -443,10 +510,6 @@ impl<'a> Solver<'a> {
         best.weights = (0..size).map(|i| weights[(i, 0)]).collect();
         Ok(best)
     }
-}
-
-fn sums_len(targets: &[Vec<f64>]) -> f64 {
-    targets.len().max(1) as f64
 }
 
 fn least(all: Vec<Fitted>) -> Fitted {
@@ -467,7 +530,9 @@ fn simplex(members: &[Vec<f64>], truth: &[f64]) -> Vec<f64> {
         let rows = members[i].iter().zip(&members[j]).zip(truth);
         rows.map(|((a, b), y)| (a - y) * (b - y)).sum::<f64>()
     };
-    let gram: Vec<Vec<f64>> = (0..count).map(|i| (0..count).map(|j| product(i, j)).collect()).collect();
+    let gram: Vec<Vec<f64>> = (0..count)
+        .map(|i| (0..count).map(|j| product(i, j)).collect())
+        .collect();
     let mut shares = vec![0.0; count];
     let best = (0..count).min_by(|a, b| gram[*a][*a].total_cmp(&gram[*b][*b]));
     if let Some(best) = best {
@@ -480,7 +545,9 @@ fn simplex(members: &[Vec<f64>], truth: &[f64]) -> Vec<f64> {
         let low = (0..count).min_by(|a, b| slopes[*a].total_cmp(&slopes[*b]));
         let used = (0..count).filter(|i| shares[*i] > 0.0);
         let high = used.max_by(|a, b| slopes[*a].total_cmp(&slopes[*b]));
-        let (Some(low), Some(high)) = (low, high) else { break };
+        let (Some(low), Some(high)) = (low, high) else {
+            break;
+        };
         let curve = gram[low][low] + gram[high][high] - 2.0 * gram[low][high];
         let gain = slopes[high] - slopes[low];
         if curve <= 0.0 || gain <= 1e-9 * slopes[high].abs() {
@@ -497,7 +564,8 @@ fn simplex(members: &[Vec<f64>], truth: &[f64]) -> Vec<f64> {
 /// difference of the maps, of which 1.96 hold 95 % of `errors`; what live adds is taken off first.
 pub(crate) fn error_law(found: &HeldOut, errors: &[f64]) -> ErrorLaw {
     let count = errors.len();
-    let mean = |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;
+    let mean =
+        |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;
     let units = [1.0, mean(&found.estimates), mean(&found.differences)];
     let units = units.map(|unit| unit.max(f64::MIN_POSITIVE));
     let parts = |row: usize| {
@@ -532,8 +600,10 @@ pub(crate) fn error_law(found: &HeldOut, errors: &[f64]) -> ErrorLaw {
         of_difference: weights[2] / units[2],
     };
     let deviations: Vec<f64> = (0..count)
-        .map(|row| law.at(found.estimates[row], found.differences[row]).max(f64::MIN_POSITIVE))
+        .map(|row| {
+            law.at(found.estimates[row], found.differences[row])
+                .max(f64::MIN_POSITIVE)
+        })
         .collect();
     law.times(interval_factor(&own, &deviations))
 }
-

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use faer::Mat;
 use taxel::trained::{
-    BetweenRuns, Block, Component, ComponentMap, ErrorLaw, FeatureStream, ForceMap,
-    MixedMap, TrainingError,
+    BetweenRuns, Block, Component, ComponentMap, ErrorLaw, FeatureStream, ForceMap, MixedMap,
+    TrainingError,
 };
 
 use super::Session;
@@ -30,27 +30,42 @@ const FORMS: [Form; 7] = [
     (0, &[Block::Sums, Block::SlowSums]),
     (0, &[Block::Channels, Block::Sums, Block::SlowSums]),
     (0, &[Block::Channels, Block::Slow, Block::SlowSums]),
-    (0, &[Block::Channels, Block::Powers, Block::Sums, Block::Slow, Block::SlowSums]),
-    (0, &[
-        Block::Channels,
-        Block::Powers,
-        Block::Sums,
-        Block::Products,
-        Block::Slow,
-        Block::SlowSums,
-        Block::SlowProducts,
-        Block::Broad,
-    ]),
-    (0, &[
-        Block::Channels,
-        Block::Powers,
-        Block::Sums,
-        Block::Products,
-        Block::Slow,
-        Block::SlowSums,
-        Block::SlowProducts,
-        Block::Sharp,
-    ]),
+    (
+        0,
+        &[
+            Block::Channels,
+            Block::Powers,
+            Block::Sums,
+            Block::Slow,
+            Block::SlowSums,
+        ],
+    ),
+    (
+        0,
+        &[
+            Block::Channels,
+            Block::Powers,
+            Block::Sums,
+            Block::Products,
+            Block::Slow,
+            Block::SlowSums,
+            Block::SlowProducts,
+            Block::Broad,
+        ],
+    ),
+    (
+        0,
+        &[
+            Block::Channels,
+            Block::Powers,
+            Block::Sums,
+            Block::Products,
+            Block::Slow,
+            Block::SlowSums,
+            Block::SlowProducts,
+            Block::Sharp,
+        ],
+    ),
 ];
 
 /// What is left out of a training: a time of a run, or all of it.
@@ -70,7 +85,12 @@ impl Fold {
     /// All folds: whole runs, or blocks of equal numbers of readings of the only one.
     pub(crate) fn all(runs: &[Session]) -> Vec<Self> {
         let times = match runs {
-            [one] => one.force.iter().flat_map(|force| force.times()).copied().collect(),
+            [one] => one
+                .force
+                .iter()
+                .flat_map(|force| force.times())
+                .copied()
+                .collect(),
             _ => Vec::new(),
         };
         if times.is_empty() {
@@ -133,8 +153,10 @@ impl Target {
         };
         let components = Component::ALL.into_iter().map(Some);
         let all = std::iter::once(None).chain(components).map(of);
-        all.filter(|target| target.component.is_none() || target.readings.iter().any(|r| !r.is_empty()))
-            .collect()
+        all.filter(|target| {
+            target.component.is_none() || target.readings.iter().any(|r| !r.is_empty())
+        })
+        .collect()
     }
 }
 
@@ -245,7 +267,10 @@ fn reach(map: &mut ForceMap, runs: &[Session], except: Option<&Fold>) -> Result<
     map.slow_reach = slow_reach;
     let root = |sum: f64| (sum / frames.max(1.0)).sqrt();
     map.law.slow_spread = slow.into_iter().map(root).collect();
-    map.spread = components.into_iter().map(|sum| root(sum).max(f64::MIN_POSITIVE)).collect();
+    map.spread = components
+        .into_iter()
+        .map(|sum| root(sum).max(f64::MIN_POSITIVE))
+        .collect();
     let farthest = all.iter().map(|row| map.distance(row)).fold(0.0, f64::max);
     let margin = match runs {
         [_] => MARGIN * super::relation::OF_ONE_RUN.powi(2),
@@ -281,41 +306,43 @@ fn streamed(
 
 /// Features of some blocks at the times of readings, without those that are left out.
 fn design_of(
-        map: &ForceMap,
-        runs: &[Session],
-        times: &[Vec<f64>],
-        except: Option<&Fold>,
-        blocks: &[Block],
-    ) -> Result<Design, TrainingError> {
-        let count: usize = times.iter().map(Vec::len).sum();
-        let step = count.div_ceil(MOST_READINGS).max(1);
-        let mut rows: Vec<Vec<f64>> = Vec::new();
-        let mut places = Vec::new();
-        for (number, run) in runs.iter().enumerate() {
-            let times = times[number].iter().enumerate().step_by(step);
-            let kept = times.filter(|(_, time)| except.is_none_or(|fold| !fold.has(number, **time)));
-            let clock = run.scale_clock;
-            let kept: Vec<(usize, f64)> = kept
-                .map(|(at, time)| {
-                    let age = clock.map_or(0.0, |clock| clock.age(*time));
-                    (at, time - map.offset - age)
-                })
-                .collect();
-            let pick = |features: &[f64]| -> Vec<f64> {
-                let ranges = blocks.iter().map(|block| map.law.range(*block));
-                ranges.flat_map(|range| features[range].iter().copied()).collect()
-            };
-            let mut stream = FeatureStream::new(&map.law, run.baseline(), map.longest_step);
-            let found = interpolated(run, map.longest_step, &kept, |time, frame| {
-                stream.push((&map.standard, &map.law), time, frame).ok()?;
-                Some(stream.features().to_vec())
-            });
-            for (at, row) in found {
-                places.push([number, at]);
-                rows.push(pick(&row));
-            }
+    map: &ForceMap,
+    runs: &[Session],
+    times: &[Vec<f64>],
+    except: Option<&Fold>,
+    blocks: &[Block],
+) -> Result<Design, TrainingError> {
+    let count: usize = times.iter().map(Vec::len).sum();
+    let step = count.div_ceil(MOST_READINGS).max(1);
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut places = Vec::new();
+    for (number, run) in runs.iter().enumerate() {
+        let times = times[number].iter().enumerate().step_by(step);
+        let kept = times.filter(|(_, time)| except.is_none_or(|fold| !fold.has(number, **time)));
+        let clock = run.scale_clock;
+        let kept: Vec<(usize, f64)> = kept
+            .map(|(at, time)| {
+                let age = clock.map_or(0.0, |clock| clock.age(*time));
+                (at, time - map.offset - age)
+            })
+            .collect();
+        let pick = |features: &[f64]| -> Vec<f64> {
+            let ranges = blocks.iter().map(|block| map.law.range(*block));
+            ranges
+                .flat_map(|range| features[range].iter().copied())
+                .collect()
+        };
+        let mut stream = FeatureStream::new(&map.law, run.baseline(), map.longest_step);
+        let found = interpolated(run, map.longest_step, &kept, |time, frame| {
+            stream.push((&map.standard, &map.law), time, frame).ok()?;
+            Some(stream.features().to_vec())
+        });
+        for (at, row) in found {
+            places.push([number, at]);
+            rows.push(pick(&row));
         }
-        Design::of(&[(&map.law, blocks)], rows, places)
+    }
+    Design::of(&[(&map.law, blocks)], rows, places)
 }
 
 /// What `of` makes of the frames of a run at some times, on straight lines between those of the frames beside;
@@ -330,7 +357,9 @@ pub(super) fn interpolated(
     let mut next = times.iter().peekable();
     let mut before: Option<(f64, Vec<f64>)> = None;
     for (time, frame) in run.sensor.times().iter().zip(run.sensor.rows()) {
-        let Some(own) = of(*time, frame) else { continue };
+        let Some(own) = of(*time, frame) else {
+            continue;
+        };
         while let Some((at, wanted)) = next.next_if(|(_, wanted)| wanted <= time) {
             let row = match &before {
                 Some((last, row)) => {
@@ -373,13 +402,22 @@ impl<'a> Quick<'a> {
     pub(crate) fn of(runs: &'a [Session]) -> Result<Self, TrainingError> {
         let (standard, law) = law_of(runs, None)?;
         let longest = runs.iter().map(|run| run.sensor.longest_step());
-        let count: usize = runs.iter().filter_map(|run| run.force.as_ref()).map(|f| f.times().len()).sum();
+        let count: usize = runs
+            .iter()
+            .filter_map(|run| run.force.as_ref())
+            .map(|f| f.times().len())
+            .sum();
         let step = count.div_ceil(DELAY_READINGS).max(1);
         let readings: Vec<Vec<[f64; 2]>> = runs
             .iter()
             .map(|run| {
-                let rows = run.force.iter().flat_map(|f| f.times().iter().zip(f.rows()));
-                rows.map(|(time, row)| [*time, row[0]]).step_by(step).collect()
+                let rows = run
+                    .force
+                    .iter()
+                    .flat_map(|f| f.times().iter().zip(f.rows()));
+                rows.map(|(time, row)| [*time, row[0]])
+                    .step_by(step)
+                    .collect()
             })
             .collect();
         Ok(Self {
@@ -395,14 +433,21 @@ impl<'a> Quick<'a> {
                 longest_step: longest.fold(0.0, f64::max),
                 offset: 0.0,
             },
-            times: readings.iter().map(|r| r.iter().map(|[time, _]| *time).collect()).collect(),
+            times: readings
+                .iter()
+                .map(|r| r.iter().map(|[time, _]| *time).collect())
+                .collect(),
             readings,
         })
     }
 
     /// Mean square error over the variance of the readings, of a scale that comes `offset` s after the
     /// sensor, and the number of readings.
-    pub(crate) fn error(&self, offset: f64, blocks: &[Block]) -> Result<(f64, usize), TrainingError> {
+    pub(crate) fn error(
+        &self,
+        offset: f64,
+        blocks: &[Block],
+    ) -> Result<(f64, usize), TrainingError> {
         let map = ForceMap {
             offset,
             ..self.map.clone()
@@ -414,6 +459,26 @@ impl<'a> Quick<'a> {
         let count: usize = targets.iter().map(Vec::len).sum();
         let variance = targets.iter().flatten().map(|t| t * t).sum::<f64>() / count.max(1) as f64;
         Ok((fitted.error / variance.max(f64::MIN_POSITIVE), count))
+    }
+
+    /// Mean square of the change of the readings within `time`, s, over their variance.
+    pub(crate) fn change_within(&self, time: f64) -> f64 {
+        let (mut changes, mut count) = (0.0, 0.0_f64);
+        let all: Vec<f64> = self
+            .readings
+            .iter()
+            .flatten()
+            .map(|[_, force]| *force)
+            .collect();
+        for pair in self.readings.iter().flat_map(|run| run.windows(2)) {
+            let slope = (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
+            changes += (slope * time).powi(2);
+            count += 1.0;
+        }
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let variance =
+            all.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / all.len().max(1) as f64;
+        changes / count.max(1.0) / variance.max(f64::MIN_POSITIVE)
     }
 
     /// Times, readings and errors of a map of the readings themselves, N.

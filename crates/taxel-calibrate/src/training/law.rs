@@ -31,7 +31,8 @@ fn tared<'a>(
 ) -> impl Iterator<Item = Vec<f64>> + 'a {
     let rest = run.baseline();
     let frames = run.sensor.times().iter().zip(run.sensor.rows());
-    let frames = frames.filter(move |(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
+    let frames =
+        frames.filter(move |(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
     frames.map(move |(_, row)| row.iter().zip(&rest).map(|(x, b)| x - b).collect())
 }
 
@@ -72,7 +73,10 @@ pub(super) fn law_of(
 ) -> Result<(Standard, FeatureLaw), TrainingError> {
     let (standard, noise) = scale_of(runs, except)?;
     let rows = rows_of(runs, except);
-    let scaled: Vec<Vec<f64>> = rows.iter().filter_map(|row| standard.apply(row).ok()).collect();
+    let scaled: Vec<Vec<f64>> = rows
+        .iter()
+        .filter_map(|row| standard.apply(row).ok())
+        .collect();
     let common = median(standard.scale.clone());
     let relative = standard.scale.iter().map(|scale| scale / common).collect();
     let longest = runs.iter().map(|run| {
@@ -82,7 +86,9 @@ pub(super) fn law_of(
     let longest = longest.fold(0.0, f64::max);
     let steps = runs.iter().map(|run| run.sensor.usual_step());
     let step = steps.fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let slower = TIMES.into_iter().filter(|time| *time > step && SEEN * time <= longest);
+    let slower = TIMES
+        .into_iter()
+        .filter(|time| *time > step && SEEN * time <= longest);
     let times = std::iter::once(step).chain(slower).collect();
     let law = law_of_rows(&scaled, &noise, relative, times)?;
     Ok((standard, law))
@@ -117,7 +123,9 @@ pub(super) fn law_of_rows(
     let first = values[width - 1];
     let floor = (OVER_NOISE * median(noise.iter().map(|n| n * n).collect())).max(ROUNDING * first);
     let components = kept.iter().filter(|at| values[**at] > floor).count();
-    let sizes = scaled.iter().flat_map(|row| row.iter().zip(&relative).map(|(x, r)| (x * r).abs()));
+    let sizes = scaled
+        .iter()
+        .flat_map(|row| row.iter().zip(&relative).map(|(x, r)| (x * r).abs()));
     let slow = components.clamp(2, COMPONENTS).min(kept.len());
     let mut law = FeatureLaw {
         most: sizes.fold(f64::MIN_POSITIVE, f64::max),
@@ -156,7 +164,12 @@ fn rest_noise(runs: &[Session], except: Option<&Fold>, standard: &Standard) -> V
     for (_, run) in runs.iter().enumerate().filter(whole) {
         let frames = run.rest_frames();
         for (square, channel) in squares.iter_mut().zip(&standard.used) {
-            let of = || frames.iter().map(|row| row[*channel]).filter(|x| x.is_finite());
+            let of = || {
+                frames
+                    .iter()
+                    .map(|row| row[*channel])
+                    .filter(|x| x.is_finite())
+            };
             let mean = of().sum::<f64>() / of().count().max(1) as f64;
             *square += of().map(|x| (x - mean).powi(2)).sum::<f64>();
         }
@@ -184,7 +197,10 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 fn centres(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
     let any = |number: usize| (split_mix(0, number as u64) % rows.len() as u64) as usize;
     let mut chosen = vec![any(0)];
-    let mut nearest: Vec<f64> = rows.iter().map(|row| apart(row, &rows[chosen[0]])).collect();
+    let mut nearest: Vec<f64> = rows
+        .iter()
+        .map(|row| apart(row, &rows[chosen[0]]))
+        .collect();
     while chosen.len() < count.min(rows.len()) {
         let far = (0..rows.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]));
         let next = match far {
@@ -192,7 +208,11 @@ fn centres(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
             _ => any(chosen.len()),
         };
         // A centre twice would say nothing.
-        let next = if nearest[next] > 0.0 { next } else { far.unwrap_or(next) };
+        let next = if nearest[next] > 0.0 {
+            next
+        } else {
+            far.unwrap_or(next)
+        };
         if nearest[next] <= 0.0 {
             break;
         }
@@ -209,4 +229,3 @@ fn median_distance(centres: &[Vec<f64>]) -> f64 {
     let distances = pairs.flat_map(|(i, a)| centres[..i].iter().map(|b| apart(a, b)));
     median(distances.collect()).sqrt().max(f64::MIN_POSITIVE)
 }
-

@@ -15,9 +15,25 @@ use super::{NORMAL_95, Session, interval_factor};
 const FORMS: [Form; 6] = [
     (0, &[Block::Channels]),
     (0, &[Block::Channels, Block::Products]),
-    (0, &[Block::Channels, Block::Powers, Block::Products, Block::Broad]),
+    (
+        0,
+        &[
+            Block::Channels,
+            Block::Powers,
+            Block::Products,
+            Block::Broad,
+        ],
+    ),
     (0, &[Block::Channels, Block::Products, Block::Sharp]),
-    (1, &[Block::Channels, Block::Powers, Block::Products, Block::Broad]),
+    (
+        1,
+        &[
+            Block::Channels,
+            Block::Powers,
+            Block::Products,
+            Block::Broad,
+        ],
+    ),
     (1, &[Block::Channels, Block::Products, Block::Sharp]),
 ];
 const BLOCKS: [Block; 5] = [
@@ -55,8 +71,11 @@ pub(crate) fn train_place(
     let mut places = Vec::new();
     let width = standard.used.len() + 1;
     for (number, (run, readings)) in runs.iter().zip(readings).enumerate() {
-        let wanted: Vec<(usize, f64)> =
-            readings.iter().enumerate().map(|(at, (time, _))| (at, *time)).collect();
+        let wanted: Vec<(usize, f64)> = readings
+            .iter()
+            .enumerate()
+            .map(|(at, (time, _))| (at, *time))
+            .collect();
         let mut stream = PatternStream::new(&standard, run.baseline(), longest_step);
         let found = interpolated(run, longest_step, &wanted, |time, frame| {
             stream.push(&standard, time, frame).ok()?;
@@ -83,7 +102,11 @@ pub(crate) fn train_place(
     }
     let [own, both] = [0, 1].map(patterns);
     let law = |rows: &[Vec<f64>]| {
-        let thin: Vec<Vec<f64>> = rows.iter().step_by(rows.len().div_ceil(LAW_ROWS)).cloned().collect();
+        let thin: Vec<Vec<f64>> = rows
+            .iter()
+            .step_by(rows.len().div_ceil(LAW_ROWS))
+            .cloned()
+            .collect();
         law_of_rows(&thin, &[], vec![1.0; rows[0].len()], vec![1.0])
     };
     let laws = [law(&own)?, law(&both)?];
@@ -94,25 +117,39 @@ pub(crate) fn train_place(
             let of = |law: usize, pattern: &[f64]| {
                 let all = laws[law].instant(pattern);
                 let ranges = BLOCKS.iter().map(|block| laws[law].range(*block));
-                ranges.flat_map(|range| all[range].to_vec()).collect::<Vec<f64>>()
+                ranges
+                    .flat_map(|range| all[range].to_vec())
+                    .collect::<Vec<f64>>()
             };
             [of(0, own), of(1, both)].concat()
         })
         .collect();
     let parts = [(&laws[0], &BLOCKS[..]), (&laws[1], &BLOCKS[..])];
     let directions = |pattern: &Vec<f64>| -> Vec<f64> {
-        laws[0].directions.iter().map(|d| long_dot(d, pattern)).collect()
+        laws[0]
+            .directions
+            .iter()
+            .map(|d| long_dot(d, pattern))
+            .collect()
     };
     let along: Vec<Vec<f64>> = own.iter().map(directions).collect();
     let place_of = |[run, at]: &[usize; 2]| readings[*run][*at].1;
     let design = Design::of(&parts, features, places.clone())?;
     let index = |wanted: &[usize; 2]| places.binary_search(wanted).ok();
     let neighbours = |keep: &dyn Fn(usize) -> bool| -> NearestPatterns {
-        let groups = design.places.iter().enumerate().filter(|(group, _)| keep(*group));
-        let rows: Vec<usize> = groups.flat_map(|(_, rows)| rows.iter().filter_map(index)).collect();
+        let groups = design
+            .places
+            .iter()
+            .enumerate()
+            .filter(|(group, _)| keep(*group));
+        let rows: Vec<usize> = groups
+            .flat_map(|(_, rows)| rows.iter().filter_map(index))
+            .collect();
         let step = rows.len().div_ceil(PATTERNS).max(1);
         let rows = rows.into_iter().step_by(step);
-        let (patterns, places) = rows.map(|row| (along[row].clone(), place_of(&places[row]))).unzip();
+        let (patterns, places) = rows
+            .map(|row| (along[row].clone(), place_of(&places[row])))
+            .unzip();
         NearestPatterns { patterns, places }
     };
     // Of each group the places of the nearest patterns of the others.
@@ -126,7 +163,9 @@ pub(crate) fn train_place(
         .collect();
     let axis = |axis: usize| -> Result<(AxisMap, HeldOut), TrainingError> {
         let coordinates = |run: &Vec<(f64, [f64; 2])>| {
-            run.iter().map(|(time, place)| [*time, place[axis]]).collect()
+            run.iter()
+                .map(|(time, place)| [*time, place[axis]])
+                .collect()
         };
         let targets: Vec<Vec<[f64; 2]>> = readings.iter().map(coordinates).collect();
         let beside = |group: &Vec<[f64; 2]>| group.iter().map(|place| place[axis]).collect();
@@ -140,10 +179,14 @@ pub(crate) fn train_place(
         } = design.mixed(&FORMS, &targets, Some(&beside))?;
         // The deviation is one of the size of the readings instead of that of the estimate.
         let order = design.places.iter().flatten().filter_map(index);
-        let sizes = order.map(|row| rows[row][rows[row].len() - 1].recip()).collect();
+        let sizes = order
+            .map(|row| rows[row][rows[row].len() - 1].recip())
+            .collect();
         let estimates = std::mem::replace(&mut held_out.estimates, sizes);
         let error = error_law(&held_out, &held_out.errors);
-        let error = error.times(wider(&held_out, |size, difference| error.at(size, difference)));
+        let error = error.times(wider(&held_out, |size, difference| {
+            error.at(size, difference)
+        }));
         held_out.deviations = (0..estimates.len())
             .map(|row| error.at(held_out.estimates[row], held_out.differences[row]))
             .collect();
@@ -162,7 +205,9 @@ pub(crate) fn train_place(
     let components: Vec<Vec<f64>> = own.iter().map(|pattern| laws[0].along(pattern)).collect();
     let spread = |at: usize| {
         let sum: f64 = components.iter().map(|row| row[at] * row[at]).sum();
-        (sum / components.len() as f64).sqrt().max(f64::MIN_POSITIVE)
+        (sum / components.len() as f64)
+            .sqrt()
+            .max(f64::MIN_POSITIVE)
     };
     let mut map = PlaceMap {
         nearest: neighbours(&|_| true),
@@ -173,7 +218,10 @@ pub(crate) fn train_place(
         laws: laws.clone(),
         longest_step,
     };
-    let farthest = own.iter().map(|pattern| map.distance(pattern)).fold(0.0, f64::max);
+    let farthest = own
+        .iter()
+        .map(|pattern| map.distance(pattern))
+        .fold(0.0, f64::max);
     map.farthest = MARGIN * farthest;
     Ok(TrainedPlace {
         map,
@@ -189,8 +237,10 @@ fn wider(found: &HeldOut, deviation: impl Fn(f64, f64) -> f64) -> f64 {
     for group in groups {
         let rows = begin..begin + group.len();
         begin = rows.end;
-        let deviations: Vec<f64> =
-            rows.clone().map(|row| deviation(found.estimates[row], found.differences[row])).collect();
+        let deviations: Vec<f64> = rows
+            .clone()
+            .map(|row| deviation(found.estimates[row], found.differences[row]))
+            .collect();
         ratios.push((interval_factor(&found.errors[rows], &deviations) * NORMAL_95).ln());
     }
     let count = ratios.len() as f64;

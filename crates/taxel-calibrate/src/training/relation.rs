@@ -30,12 +30,19 @@ pub(crate) fn trained_relation(
     except: Option<&Fold>,
     tared: bool,
 ) -> Result<Option<Relation>, TrainingError> {
-    let runs = runs.iter().enumerate().filter(|(_, run)| !tared || run.force.is_some());
+    let runs = runs
+        .iter()
+        .enumerate()
+        .filter(|(_, run)| !tared || run.force.is_some());
     let runs: Vec<Vec<Vec<f64>>> = runs.map(|run| rows_of(run, except, tared)).collect();
     let count: usize = runs.iter().map(Vec::len).sum();
     let step = count.div_ceil(MOST_ROWS).max(1);
     let thin = |run: Vec<Vec<f64>>| run.into_iter().step_by(step).collect();
-    let runs: Vec<Vec<Vec<f64>>> = runs.into_iter().map(thin).filter(|run: &Vec<_>| !run.is_empty()).collect();
+    let runs: Vec<Vec<Vec<f64>>> = runs
+        .into_iter()
+        .map(thin)
+        .filter(|run: &Vec<_>| !run.is_empty())
+        .collect();
     let all: Vec<Vec<f64>> = runs.iter().flatten().cloned().collect();
     if all.is_empty() {
         return Ok(None);
@@ -48,7 +55,11 @@ pub(crate) fn trained_relation(
     if tared {
         standard.centre.fill(0.0);
     }
-    let scaled = |run: &Vec<Vec<f64>>| run.iter().filter_map(|row| standard.apply(row).ok()).collect();
+    let scaled = |run: &Vec<Vec<f64>>| {
+        run.iter()
+            .filter_map(|row| standard.apply(row).ok())
+            .collect()
+    };
     let scaled: Vec<Vec<Vec<f64>>> = runs.iter().map(scaled).collect();
     let (parts, factor): (Vec<&[Vec<f64>]>, f64) = match &scaled[..] {
         [one] => {
@@ -102,12 +113,18 @@ pub(crate) fn trained_relation(
 
 /// Whole frames of a run that are not left out, less the rest where that is wanted.
 fn rows_of((number, run): (usize, &Session), except: Option<&Fold>, tared: bool) -> Vec<Vec<f64>> {
-    let rest = if tared { run.baseline() } else { vec![0.0; run.sensor.width()] };
+    let rest = if tared {
+        run.baseline()
+    } else {
+        vec![0.0; run.sensor.width()]
+    };
     let frames = run.sensor.times().iter().zip(run.sensor.rows());
     let frames = frames.filter(|(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
     let less = |row: &Vec<f64>| -> Vec<f64> { row.iter().zip(&rest).map(|(x, b)| x - b).collect() };
     let frames = frames.map(|(_, row)| less(row));
-    frames.filter(|row| row.iter().all(|value| value.is_finite())).collect()
+    frames
+        .filter(|row| row.iter().all(|value| value.is_finite()))
+        .collect()
 }
 
 /// Deviations of the channels about what the others say, of an empty body and per load of the others: so wide
@@ -120,20 +137,33 @@ fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> [Vec<f64>; 2] {
     };
     let of_channel = |own: &Vec<[f64; 2]>| {
         let middle = median(own.iter().map(|[_, load]| *load).collect());
-        let mut light = own.iter().filter(|[_, load]| *load <= middle).map(|[off, _]| off * off);
+        let mut light = own
+            .iter()
+            .filter(|[_, load]| *load <= middle)
+            .map(|[off, _]| off * off);
         let base = mean(&mut light).sqrt().max(LEAST.sqrt());
         let loaded = own.iter().filter(|[_, load]| *load > middle);
-        let mut of_load = loaded.map(|[off, load]| (off * off - base * base).max(0.0) / (load * load));
+        let mut of_load =
+            loaded.map(|[off, load]| (off * off - base * base).max(0.0) / (load * load));
         (base, mean(&mut of_load).sqrt())
     };
     let (base, mut of_load): (Vec<f64>, Vec<f64>) = residuals.iter().map(of_channel).unzip();
     let usual = median(of_load.clone());
     of_load.iter_mut().for_each(|own| *own = own.max(usual));
-    let farthest = residuals.iter().zip(base.iter().zip(&of_load)).flat_map(|(own, (base, of_load))| {
-        own.iter().map(move |[off, load]| off.abs() / base.hypot(of_load * load))
-    });
+    let farthest =
+        residuals
+            .iter()
+            .zip(base.iter().zip(&of_load))
+            .flat_map(|(own, (base, of_load))| {
+                own.iter()
+                    .map(move |[off, load]| off.abs() / base.hypot(of_load * load))
+            });
     let wider = (farthest.fold(0.0, f64::max) / (0.5 * CONTRADICTS)).max(1.0);
-    [base, of_load].map(|own| own.into_iter().map(|deviation| factor * wider * deviation).collect())
+    [base, of_load].map(|own| {
+        own.into_iter()
+            .map(|deviation| factor * wider * deviation)
+            .collect()
+    })
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

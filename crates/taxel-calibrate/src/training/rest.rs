@@ -32,7 +32,9 @@ pub(crate) fn rest_of(runs: &[&Session]) -> RestStatistics {
     let width = deviation.len();
     RestStatistics {
         mean: (0..width).map(mean).collect(),
-        step: (0..width).map(|channel| least_step(runs, channel)).collect(),
+        step: (0..width)
+            .map(|channel| least_step(runs, channel))
+            .collect(),
         recovery: recovery(runs, &deviation),
         deviation,
     }

@@ -16,8 +16,8 @@ use super::{Certainty, ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
-    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PlaceEstimator, PositionEstimate,
-    PositionEstimator, RelationWatch, Support, TrainedMaps, TrainingError,
+    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PlaceEstimator,
+    PositionEstimate, PositionEstimator, RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
 /// The area that can be touched, in cells; its middle is the origin.
@@ -352,12 +352,16 @@ impl TrainedReader {
             .collect();
         let position = self.position.as_mut();
         // A frame unlike all training indentations determines no position.
-        let tared = position.as_ref().is_some_and(|position| position.map().tared);
+        let tared = position
+            .as_ref()
+            .is_some_and(|position| position.map().tared);
         let moved: Vec<f64> = match &self.maps.rest {
             Some(trained) if tared => {
                 let rests = self.rest.iter().zip(&trained.mean);
                 let values = values.iter().zip(rests);
-                values.map(|(value, (own, trained))| value - own + trained).collect()
+                values
+                    .map(|(value, (own, trained))| value - own + trained)
+                    .collect()
             }
             _ => values.clone(),
         };

@@ -286,7 +286,11 @@ impl FeatureLaw {
         let distances: Vec<f64> = self.centres.iter().map(|c| apart(c, u)).collect();
         for length in LENGTHS {
             let length = length * self.length;
-            features.extend(distances.iter().map(|d| (-d / (2.0 * length * length)).exp()));
+            features.extend(
+                distances
+                    .iter()
+                    .map(|d| (-d / (2.0 * length * length)).exp()),
+            );
         }
     }
 
@@ -361,7 +365,11 @@ impl FeatureLaw {
         let (all, recovering) = slow_sums.split_at(SUMS * self.times.len());
         let mut of_slow_sums = all.to_vec();
         for (at, weight) in recovering.iter().enumerate() {
-            of_slow_sums[at] += if state.slow_sums[at] < 0.0 { *weight } else { 0.0 };
+            of_slow_sums[at] += if state.slow_sums[at] < 0.0 {
+                *weight
+            } else {
+                0.0
+            };
         }
         let mut of_slow = of(Block::Slow).to_vec();
         let mut weights_left = of(Block::SlowProducts).iter();
@@ -509,7 +517,10 @@ impl FeatureStream {
     ) -> Result<(), TrainingError> {
         let tared: Vec<f64> = frame.iter().zip(&self.rest).map(|(x, b)| x - b).collect();
         self.x = standard.apply(&tared)?;
-        if self.last.is_some_and(|last| time - last > 1.5 * self.longest_step) {
+        if self
+            .last
+            .is_some_and(|last| time - last > 1.5 * self.longest_step)
+        {
             self.memory.forget();
             self.memory_of_sums.forget();
         }
@@ -518,8 +529,14 @@ impl FeatureStream {
         state.components = law.along(&self.x);
         state.sums = law.sums(&self.x);
         state.slow.clear();
-        self.memory.push(time, &state.components[..law.slow()], &mut state.slow);
-        let sums: Vec<f64> = state.sums.iter().zip(&law.tops).map(|(s, top)| s / top).collect();
+        self.memory
+            .push(time, &state.components[..law.slow()], &mut state.slow);
+        let sums: Vec<f64> = state
+            .sums
+            .iter()
+            .zip(&law.tops)
+            .map(|(s, top)| s / top)
+            .collect();
         state.slow_sums.clear();
         self.memory_of_sums.push(time, &sums, &mut state.slow_sums);
         law.write(&self.x, &self.state, &mut self.features);
@@ -559,7 +576,13 @@ impl FeatureStream {
         let shares = self.memory.unknown().chain(self.memory_of_sums.unknown());
         let shares: Vec<f64> = shares.collect();
         let some = shares.iter().any(|share| *share > 0.0);
-        some.then(|| shares.iter().zip(&law.slow_spread).map(|(u, s)| u * s).collect())
+        some.then(|| {
+            shares
+                .iter()
+                .zip(&law.slow_spread)
+                .map(|(u, s)| u * s)
+                .collect()
+        })
     }
 }
 
@@ -597,7 +620,8 @@ mod tests {
         for width in [4, 70, 410] {
             let law = law(width, &mut noise);
             assert!(law.is_sound(width));
-            let mut vector = |n: usize| -> Vec<f64> { (0..n).map(|_| 0.3 * noise.normal()).collect() };
+            let mut vector =
+                |n: usize| -> Vec<f64> { (0..n).map(|_| 0.3 * noise.normal()).collect() };
             let x = vector(width);
             let weights = vector(law.len());
             let slow = vector(3 * law.slow());
@@ -640,7 +664,11 @@ mod tests {
                     let expected = (moved(step) - moved(-step)) / (2.0 * step);
                     // The square of the step times third derivatives, and rounding over the step.
                     let error = (slope[at] - expected).abs();
-                    assert!(error < 1e-5 * (1.0 + expected.abs()), "{width} {at} {along}: {expected} {}", slope[at]);
+                    assert!(
+                        error < 1e-5 * (1.0 + expected.abs()),
+                        "{width} {at} {along}: {expected} {}",
+                        slope[at]
+                    );
                 }
             }
         }

@@ -191,7 +191,9 @@ impl MixedMap {
 
     /// Deviation of an estimate of maps that differ by `difference`, SI.
     pub fn deviation(&self, estimate: f64, difference: f64) -> f64 {
-        self.error.at(estimate, difference).hypot(self.between_runs.at(estimate))
+        self.error
+            .at(estimate, difference)
+            .hypot(self.between_runs.at(estimate))
     }
 
     /// Weight of every feature in the estimate.

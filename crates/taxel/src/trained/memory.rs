@@ -61,7 +61,9 @@ impl Memory {
     /// Share of each feature that is not known because the past is not.
     pub(super) fn unknown(&self) -> impl Iterator<Item = f64> + '_ {
         let values = self.slow.first().map_or(0, Vec::len);
-        self.unknown.iter().flat_map(move |share| std::iter::repeat_n(*share, values))
+        self.unknown
+            .iter()
+            .flat_map(move |share| std::iter::repeat_n(*share, values))
     }
 }
 

@@ -20,10 +20,10 @@ mod gaussian_process;
 mod indentation_map;
 mod maps;
 mod memory;
-mod standard;
 mod place;
 mod position;
 mod relation;
+mod standard;
 mod surface;
 
 pub use features::{Block, FeatureLaw, FeatureStream, SLOW, SUMS};
@@ -35,12 +35,10 @@ pub use gaussian_process::{GaussianProcess, Kernel};
 pub(crate) use indentation_map::FEWEST_PRESSES;
 pub use indentation_map::{IndentationMap, PositionMethod};
 pub use maps::{RestStatistics, TrainedMaps};
-pub use standard::Standard;
-pub use place::{
-    AxisMap, NearestPatterns, PatternMap, PatternStream, PlaceEstimator, PlaceMap,
-};
+pub use place::{AxisMap, NearestPatterns, PatternMap, PatternStream, PlaceEstimator, PlaceMap};
 pub use position::{PositionEstimate, PositionEstimator, PositionMap, whiten};
 pub use relation::{CONTRADICTS, Judged, Relation, RelationWatch};
+pub use standard::Standard;
 pub use surface::Surface;
 
 use serde::Serialize;

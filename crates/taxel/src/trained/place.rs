@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 use taxel_numerics::dense::long_dot;
 
 use super::memory::Memory;
-use super::{
-    ErrorLaw, FeatureLaw, MemberMap, PositionEstimate, Standard, Support, TrainingError,
-};
+use super::{ErrorLaw, FeatureLaw, MemberMap, PositionEstimate, Standard, Support, TrainingError};
 
 /// Times over which the pattern of what changed lately is taken, s.
 const LATELY: [f64; 2] = [1.0, 4.0];
@@ -61,7 +59,10 @@ impl PatternStream {
     ) -> Result<(), TrainingError> {
         let tared: Vec<f64> = frame.iter().zip(&self.rest).map(|(x, b)| x - b).collect();
         let x = standard.apply(&tared)?;
-        if self.last.is_some_and(|last| time - last > 1.5 * self.longest_step) {
+        if self
+            .last
+            .is_some_and(|last| time - last > 1.5 * self.longest_step)
+        {
             self.memory.forget();
         }
         self.last = Some(time);
@@ -111,7 +112,11 @@ impl NearestPatterns {
     pub fn place(&self, pattern: &[f64]) -> [f64; 2] {
         let mut nearest: Vec<(f64, usize)> = Vec::with_capacity(NEIGHBOURS + 1);
         for (at, own) in self.patterns.iter().enumerate() {
-            let square: f64 = own.iter().zip(pattern).map(|(a, b)| (a - b) * (a - b)).sum();
+            let square: f64 = own
+                .iter()
+                .zip(pattern)
+                .map(|(a, b)| (a - b) * (a - b))
+                .sum();
             if nearest.len() == NEIGHBOURS && nearest[NEIGHBOURS - 1].0 <= square {
                 continue;
             }
@@ -185,7 +190,9 @@ impl PlaceMap {
         let positive = |values: &[f64]| values.iter().all(|v| *v > 0.0 && v.is_finite());
         let axis = |axis: &AxisMap| {
             let member = |one: &PatternMap| {
-                self.laws.get(one.law).is_some_and(|law| one.map.is_sound(law))
+                self.laws
+                    .get(one.law)
+                    .is_some_and(|law| one.map.is_sound(law))
             };
             let ErrorLaw {
                 constant,
@@ -198,9 +205,8 @@ impl PlaceMap {
                 && axis.range.iter().all(|v| v.is_finite())
         };
         let nearest = &self.nearest;
-        let pattern = |row: &Vec<f64>| {
-            row.len() == own.directions.len() && row.iter().all(|x| x.is_finite())
-        };
+        let pattern =
+            |row: &Vec<f64>| row.len() == own.directions.len() && row.iter().all(|x| x.is_finite());
         for (sound, table) in [
             (self.standard.is_sound(), "place.standard"),
             (own.is_sound(width + 1) && both.is_sound(wide), "place.laws"),
@@ -248,7 +254,10 @@ impl PlaceMap {
             let all: Vec<(f64, f64)> = maps.chain([(axis.nearest, nearest[number])]).collect();
             let count = all.len() as f64;
             let mean = all.iter().map(|(_, value)| value).sum::<f64>() / count;
-            let square = all.iter().map(|(_, value)| (value - mean).powi(2)).sum::<f64>();
+            let square = all
+                .iter()
+                .map(|(_, value)| (value - mean).powi(2))
+                .sum::<f64>();
             let difference = (square / count).sqrt();
             let [low, high] = axis.range;
             let value = all.iter().map(|(share, value)| share * value).sum::<f64>();
@@ -299,10 +308,14 @@ impl PlaceEstimator {
         // What is open of the readings, over their size, moves the pattern by as much.
         let used = map.standard.used.iter().zip(&map.standard.scale);
         let moved = used.map(|(channel, scale)| {
-            open.get(*channel).map_or(0.0, |open| (open / scale / size).powi(2))
+            open.get(*channel)
+                .map_or(0.0, |open| (open / scale / size).powi(2))
         });
         let moved = moved.sum::<f64>().sqrt();
-        let half = map.axes.each_ref().map(|axis| 0.5 * (axis.range[1] - axis.range[0]));
+        let half = map
+            .axes
+            .each_ref()
+            .map(|axis| 0.5 * (axis.range[1] - axis.range[0]));
         let [x, y] = [0, 1].map(|axis| deviation[axis].hypot(half[axis] * moved).powi(2));
         let misfit = map.distance(&self.stream.patterns()[0]);
         Ok(PositionEstimate {

@@ -83,7 +83,10 @@ impl Relation {
             && self.deviation.len() == width
             && positive(&self.deviation)
             && self.of_load.len() == width
-            && self.of_load.iter().all(|of_load| *of_load >= 0.0 && of_load.is_finite())
+            && self
+                .of_load
+                .iter()
+                .all(|of_load| *of_load >= 0.0 && of_load.is_finite())
             && positive(&[self.largest_misfit]);
         if sound {
             Ok(())
@@ -221,9 +224,7 @@ impl RelationWatch {
         let mut scores = vec![0.0; width];
         for (i, score) in scores.iter_mut().enumerate() {
             *score = match said.next_if(|(channel, _)| *channel == i) {
-                Some((_, [expected, _])) => {
-                    (self.scaled[i] - expected).abs() / self.deviation(i)
-                }
+                Some((_, [expected, _])) => (self.scaled[i] - expected).abs() / self.deviation(i),
                 None => self.score(i),
             };
         }
