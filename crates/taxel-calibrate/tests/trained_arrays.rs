@@ -272,7 +272,8 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
                 values: values.iter().map(|value| value + DRIFT * time).collect(),
                 ..Frame::default()
             };
-            let found = estimator.push(&frame).unwrap().0.pressing_force().unwrap();
+            let touch = estimator.push(&frame).unwrap().0;
+            let found = touch.pressing_force().unwrap();
             errors.push([found[0] - force, found[1]]);
         }
         let tail = &errors[errors.len() - 100..];

@@ -306,18 +306,20 @@ fn trained(session: &Session) -> TrainedForces {
 
 #[test]
 fn creep_of_the_body_is_learned() {
-    let found = trained(&cycles(6, 0.0));
+    // One run does not show what the next one has in common with it.
+    let found = train_forces(&[cycles(6, 0.0), cycles(5, 0.0)], 0.0, true).unwrap();
     let alone = |memory: bool| {
         let maps = found.candidates[0].iter();
-        let maps = maps.filter(|one| one.blocks.contains(&Block::Slow) == memory);
+        let slow = |block: &Block| matches!(block, Block::Slow | Block::SlowSums);
+        let maps = maps.filter(|one| one.blocks.iter().any(slow) == memory);
         maps.map(|one| one.error).fold(f64::INFINITY, f64::min)
     };
-    // The body keeps 4 N of a fast press back; noise is 0.01 in channels of 0.1 N each unit, and the fifths
-    // of a run begin and end in the middle of its creep.
+    // The body keeps 4 N of a fast press back; noise is 0.01 in channels of 0.1 N each unit.
     let (with, without) = (alone(true), alone(false));
-    assert!(with < 0.3 * without, "{with} {without}");
+    assert!(with < 0.1 * without, "{with} {without}");
     let rms = found.held_out[0].score().rms;
-    assert!(rms < 1.2 * with, "{rms} {with}");
+    // Live follows the zero, too.
+    assert!(rms < 0.1 * without, "{rms} {without}");
 }
 
 #[test]
@@ -355,14 +357,21 @@ fn the_estimator_repeats_what_training_did() {
 #[test]
 fn after_an_outage_the_deviation_is_larger_until_it_has_faded() {
     let session = cycles(6, 0.0);
-    let map = trained(&session).map;
+    let runs = [session.clone(), cycles(5, 0.0)];
+    let map = train_forces(&runs, 0.0, true).unwrap().map;
     let mut live = ForceEstimator::new(map, session.baseline()).unwrap();
     let (times, frames) = (session.sensor.times(), session.sensor.rows());
     let mut estimates = Vec::new();
     for i in (0..500).chain(600..1500) {
         estimates.push(live.push(times[i], &frames[i]).unwrap().deviation);
     }
-    assert!(estimates[500] > 5.0 * estimates[499]);
+    // What runs differ by, 1 % of 18 N, is in both.
+    assert!(
+        estimates[500] > 3.0 * estimates[499],
+        "{} {}",
+        estimates[500],
+        estimates[499]
+    );
     // 60 s are twenty times the time of creep.
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < 0.5;
     assert!(same(estimates[1390], estimates[499]), "{}", estimates[1390]);

@@ -129,7 +129,6 @@ pub(super) fn law_of_rows(
     let slow = components.clamp(2, COMPONENTS).min(kept.len());
     let mut law = FeatureLaw {
         most: sizes.fold(f64::MIN_POSITIVE, f64::max),
-        soft: median(noise.to_vec()).max(ROUNDING),
         directions: kept
             .iter()
             .map(|at| (0..width).map(|j| vectors[(j, *at)]).collect())

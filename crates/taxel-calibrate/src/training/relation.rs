@@ -97,7 +97,7 @@ pub(crate) fn trained_relation(
     }
     let whole: Vec<&[Vec<f64>]> = scaled.iter().map(Vec::as_slice).collect();
     let precision = precision(&whole, width)?;
-    let [deviation, of_load] = deviations(&residuals, factor);
+    let ([deviation, of_load], tolerance) = deviations(&residuals, factor);
     Ok(Some(Relation {
         tared,
         precision: (0..width)
@@ -106,6 +106,7 @@ pub(crate) fn trained_relation(
             .collect(),
         deviation,
         of_load,
+        tolerance,
         largest_misfit: (factor * factor * largest).max(width as f64),
         standard,
     }))
@@ -127,10 +128,10 @@ fn rows_of((number, run): (usize, &Session), except: Option<&Fold>, tared: bool)
         .collect()
 }
 
-/// Deviations of the channels about what the others say, of an empty body and per load of the others: so wide
-/// that no frame that was held out is farther on any channel than half of what contradicts. Few presses are on
-/// each channel, so none gets by with less per load than half of the channels have.
-fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> [Vec<f64>; 2] {
+/// Deviations of the channels about what the others say, of an empty body and per load of the others, and the
+/// factor with which no frame that was held out is farther on any channel than half of what contradicts. Few
+/// presses are on each channel, so none gets by with less per load than half of the channels have.
+fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> ([Vec<f64>; 2], f64) {
     let mean = |squares: &mut dyn Iterator<Item = f64>| {
         let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), s| (sum + s, count + 1.0));
         sum / f64::max(count, 1.0)
@@ -159,11 +160,12 @@ fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> [Vec<f64>; 2] {
                     .map(move |[off, load]| off.abs() / base.hypot(of_load * load))
             });
     let wider = (farthest.fold(0.0, f64::max) / (0.5 * CONTRADICTS)).max(1.0);
-    [base, of_load].map(|own| {
+    let wide = [base, of_load].map(|own| {
         own.into_iter()
-            .map(|deviation| factor * wider * deviation)
+            .map(|deviation| factor * deviation)
             .collect()
-    })
+    });
+    (wide, wider)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

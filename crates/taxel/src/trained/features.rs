@@ -100,8 +100,6 @@ pub struct FeatureLaw {
     pub relative: Vec<f64>,
     /// Largest reading of training over the common scale.
     pub most: f64,
-    /// Below this the root of a scaled reading is straight: its noise at rest.
-    pub soft: f64,
     /// Unit vectors in the scaled channels along which frames vary, the most first.
     pub directions: Vec<Vec<f64>>,
     /// How many of them are components u.
@@ -193,7 +191,7 @@ impl FeatureLaw {
         };
         self.relative.len() == width
             && positive(&self.relative)
-            && positive(&[self.most, self.soft, self.size, self.length])
+            && positive(&[self.most, self.size, self.length])
             && (1..=self.directions.len()).contains(&self.components)
             && rows(&self.directions, width)
             && self.tops.len() == SUMS
@@ -226,7 +224,7 @@ impl FeatureLaw {
             let y = x * relative;
             let size = y.abs();
             sums[0] += y;
-            sums[1] += rooted(y, self.soft)[0];
+            sums[1] += rooted(y)[0];
             sums[2] += y * size;
             sums[3] += y * y * y;
             for (sum, end) in sums[4..].iter_mut().zip(SATURATES) {
@@ -258,7 +256,7 @@ impl FeatureLaw {
             features.extend(self.directions.iter().map(|d| long_dot(d, x)));
         }
         let bases = self.bases(x);
-        features.extend(bases.iter().map(|g| rooted(*g, self.soft)[0]));
+        features.extend(bases.iter().map(|g| rooted(*g)[0]));
         features.extend(bases.iter().map(|g| g * g.abs() / 3.0));
         features.extend(bases.iter().map(|g| g * g * g / 10.0));
         features.extend(state.sums);
@@ -329,9 +327,8 @@ impl FeatureLaw {
         let powers = of(Block::Powers);
         for (at, g) in bases.iter().enumerate() {
             let [root, square, cube] = [0, 1, 2].map(|power| powers[power * bases.len() + at]);
-            let slope = root * rooted(*g, self.soft)[1]
-                + square * 2.0 * g.abs() / 3.0
-                + cube * 3.0 * g * g / 10.0;
+            let slope =
+                root * rooted(*g)[1] + square * 2.0 * g.abs() / 3.0 + cube * 3.0 * g * g / 10.0;
             if self.width() <= MOST_POWERS {
                 slow[at] += slope;
             } else {
@@ -430,10 +427,8 @@ impl FeatureLaw {
         for ((slope, x), relative) in slopes.iter_mut().zip(x).zip(&self.relative) {
             let y = x * relative;
             let size = y.abs();
-            let mut by = sums[0]
-                + sums[1] * rooted(y, self.soft)[1]
-                + sums[2] * 2.0 * size
-                + sums[3] * 3.0 * y * y;
+            let mut by =
+                sums[0] + sums[1] * rooted(y)[1] + sums[2] * 2.0 * size + sums[3] * 3.0 * y * y;
             for (weight, end) in sums[4..].iter().zip(SATURATES) {
                 let left = self.to_saturation(end, size);
                 let moves = end * self.most - size > NEAREST_SATURATION * self.most;
@@ -444,10 +439,14 @@ impl FeatureLaw {
     }
 }
 
+/// A root is straight up to about this reading: nowhere more than twice as steep as the channel, as what drifts at
+/// rest would weigh more than what presses.
+const STRAIGHT: f64 = 1.0 / 16.0;
+
 /// √|x| with the sign of x, straight near zero, and its slope.
-fn rooted(x: f64, soft: f64) -> [f64; 2] {
-    let root = (x.abs() + soft).sqrt();
-    [x.signum() * (root - soft.sqrt()), 0.5 / root]
+fn rooted(x: f64) -> [f64; 2] {
+    let root = (x.abs() + STRAIGHT).sqrt();
+    [x.signum() * (root - STRAIGHT.sqrt()), 0.5 / root]
 }
 
 /// Square of the distance of two points.
@@ -559,6 +558,11 @@ impl FeatureStream {
         state.slow.iter().chain(&state.slow_sums).copied()
     }
 
+    /// Root sum square of the scaled channels of the last frame.
+    pub fn size(&self) -> f64 {
+        self.x.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
     /// Root sum square of what the memory of the components holds, for each of its times.
     pub fn slow_sizes(&self) -> impl Iterator<Item = f64> + '_ {
         self.memory.slow_sizes()
@@ -600,7 +604,6 @@ mod tests {
         FeatureLaw {
             relative: vec![1.1; width],
             most: 6.0,
-            soft: 0.01,
             components,
             size: 2.0,
             tops: vec![2.0; SUMS],

@@ -441,7 +441,8 @@ impl ForceEstimator {
     /// the frame is unlike those of training.
     ///
     /// `unexplained` is the size of a change of the channels over their scale that no frame of training
-    /// explains; it counts as if it lay in the direction in which the estimate changes most. Farther
+    /// explains; it counts as if it lay in the direction in which the estimate changes most, or as much as all of
+    /// the frame. Farther
     /// from the frames of training than any that was held out a map errs by what it does not know of the
     /// body, which grows with the square of the distance. After contacts so long that the body has crept
     /// clearly more than ever in training it errs by as many of its deviations as the creep is greater.
@@ -472,12 +473,15 @@ impl ForceEstimator {
         let distance = distance.hypot((crept * crept - BY_CHANCE * BY_CHANCE).sqrt());
         if unexplained > 0.0 || distance > 0.0 {
             let standard = &map.standard;
-            let all = map.maps().zip(estimates).zip(slopes());
-            let found = all.map(|((one, [value, _]), slopes)| {
+            let all = map.maps().zip(&self.found).zip(slopes());
+            let found = all.map(|((one, [value, difference]), slopes)| {
                 let used = standard.used.iter().zip(&standard.scale);
                 let squares = used.map(|(channel, scale)| (slopes[*channel].fast * scale).powi(2));
-                let of_channels = unexplained * squares.sum::<f64>().sqrt();
-                of_channels.hypot(distance * one.error.at(*value, 0.0))
+                // A map that was trained along few directions may be flat across them.
+                let along = (value / self.stream.size().max(f64::MIN_POSITIVE)).abs();
+                let of_channels = unexplained * squares.sum::<f64>().sqrt().max(along);
+                let own = one.error.at(*value, *difference).hypot(*difference);
+                of_channels.hypot(distance * own)
             });
             beyond.deviations = found.collect();
             let [low, high] = map.pressing.range;

@@ -33,6 +33,9 @@ pub struct Relation {
     /// By how much it grows with the load of the others, the root of the sum of their squares: a press on one
     /// channel is no fault.
     pub of_load: Vec<f64>,
+    /// A reading that contradicts is farther than these deviations by this factor: no sound frame that was held out
+    /// came half as far.
+    pub tolerance: f64,
     /// Largest χ² of a frame that was held out.
     pub largest_misfit: f64,
 }
@@ -40,7 +43,7 @@ pub struct Relation {
 /// Channels of a frame that contradict the others, and what they must read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Judged {
-    /// For each channel in use its distance from what the others say, in deviations; `NaN`
+    /// For each channel in use its distance from what the others say, in deviations times the tolerance; `NaN`
     /// without a reading.
     pub scores: Vec<f64>,
     /// For each channel in use whether its reading is wrong or missing.
@@ -87,7 +90,7 @@ impl Relation {
                 .of_load
                 .iter()
                 .all(|of_load| *of_load >= 0.0 && of_load.is_finite())
-            && positive(&[self.largest_misfit]);
+            && positive(&[self.largest_misfit, self.tolerance]);
         if sound {
             Ok(())
         } else {
@@ -255,7 +258,7 @@ impl RelationWatch {
     fn unexplained(&self) -> f64 {
         let used = (0..self.scaled.len()).filter(|i| !self.judged.left_out[*i]);
         let squares = used.map(|i| {
-            let score = self.judged.scores[i];
+            let score = self.judged.scores[i] * self.relation.tolerance;
             let beyond = (score * score - USUAL * USUAL).max(0.0);
             self.deviation(i).powi(2) * beyond
         });
@@ -405,10 +408,11 @@ impl RelationWatch {
         misfit
     }
 
-    /// Distance of a channel in use from what the others say, in deviations.
+    /// Distance of a channel in use from what the others say, in deviations times the tolerance.
     fn score(&self, i: usize) -> f64 {
         let width = self.scaled.len();
-        (self.product[i] / self.swept[i * width + i]).abs() / self.deviation(i)
+        let off = (self.product[i] / self.swept[i * width + i]).abs();
+        off / (self.relation.tolerance * self.deviation(i))
     }
 
     /// Deviation of a channel about what the others say, at their load.
@@ -487,6 +491,7 @@ mod tests {
             precision: precision.collect(),
             deviation: vec![0.12; width],
             of_load: vec![0.0; width],
+            tolerance: 1.0,
             largest_misfit: 20.0,
         })
         .unwrap()
