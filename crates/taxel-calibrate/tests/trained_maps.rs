@@ -237,7 +237,7 @@ fn a_map_changed_by_hand_is_refused() {
             map.pressing.members[2].weights.truncate(3)
         }),
         ("slow_reach", &|map| map.slow_reach.push(1.0)),
-        ("spread", &|map| map.spread[0] = 0.0),
+        ("farthest", &|map| map.farthest = 0.0),
     ] {
         assert_eq!(refused(change), Some(TrainingError::Unsound { table }));
     }

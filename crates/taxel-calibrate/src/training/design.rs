@@ -175,15 +175,20 @@ impl Design {
                 *sum += (value - mean).powi(2) / count;
             }
         }
-        // Features of one kind keep their sizes to each other where these say how smooth a map is.
+        // Features of one kind keep their sizes to each other where these say how smooth a map is. What the present
+        // explains is not left to the memory, which runs of one speed cannot tell from it.
         let mut scale = vec![1.0; start];
         for ((_, block), range) in &ranges {
             let own = deviation[range.clone()].iter().map(|v| v.sqrt());
             let most = own.clone().fold(0.0, f64::max) + f64::MIN_POSITIVE;
+            let share = match block {
+                Block::Channels => 10.0,
+                Block::Powers | Block::Sums | Block::Products => 3.0,
+                _ => 1.0,
+            };
             let own: Vec<f64> = match block {
                 Block::Broad | Block::Sharp => vec![most; range.len()],
-                Block::Channels => own.map(|v| v.max(ROUNDING * most) / 3.0).collect(),
-                _ => own.map(|v| v.max(ROUNDING * most)).collect(),
+                _ => own.map(|v| v.max(ROUNDING * most) / share).collect(),
             };
             scale[range.clone()].copy_from_slice(&own);
         }

@@ -8,19 +8,21 @@ use std::ops::Range;
 
 use faer::Mat;
 use taxel::trained::{
-    BetweenRuns, Block, Component, ComponentMap, ErrorLaw, FeatureStream, ForceMap, MixedMap,
-    TrainingError,
+    BetweenRuns, Block, Component, ComponentMap, ErrorLaw, FeatureStream, ForceMap, MixedMap, SLOW,
+    SUMS, TrainingError,
 };
 
 use super::Session;
 use super::design::{BLOCKS, Candidate, Design, Form, Mixture, Solver, error_law};
-use super::law::law_of;
+use super::law::{apart, law_of};
 
 /// Readings that a map learns from at most: more teach little, and time and memory grow with them.
 const MOST_READINGS: usize = 12_000;
 /// A distance this much above the largest of training is outside; the next run of a body of which one run
 /// is known is farther, as in the relation of its channels.
 pub(super) const MARGIN: f64 = 2.0;
+/// Delays that are looked for, s.
+pub(super) const LONGEST_DELAY: f64 = 1.5;
 /// Readings that the delay of a scale is looked for with.
 pub(crate) const DELAY_READINGS: usize = 3000;
 
@@ -174,7 +176,6 @@ pub(crate) fn learn(
     let longest = runs.iter().map(|run| run.sensor.longest_step());
     let longest_step = longest.fold(0.0, f64::max);
     let mut map = ForceMap {
-        spread: vec![1.0; law.components],
         slow_reach: vec![0.0; law.times.len() - 1],
         farthest: f64::INFINITY,
         pressing: empty(),
@@ -237,9 +238,9 @@ fn empty() -> MixedMap {
     }
 }
 
-/// How far frames of training go: spreads of the components and of the memory, and the largest of each.
+/// How far frames of training go: the spread of the memory and the largest of it, and how far the frames of a run
+/// are from those of the others at most, or of the only run from its centres.
 fn reach(map: &mut ForceMap, runs: &[Session], except: Option<&Fold>) -> Result<(), TrainingError> {
-    let mut components = vec![0.0; map.law.components];
     let mut slow: Vec<f64> = Vec::new();
     let mut frames = 0.0_f64;
     let mut all = Vec::new();
@@ -255,23 +256,41 @@ fn reach(map: &mut ForceMap, runs: &[Session], except: Option<&Fold>) -> Result<
             for (sum, value) in slow.iter_mut().zip(own) {
                 *sum += value * value;
             }
-            for (sum, value) in components.iter_mut().zip(stream.components()) {
-                *sum += value * value;
-            }
             for (reach, size) in slow_reach.iter_mut().zip(stream.slow_sizes()) {
                 *reach = reach.max(size);
             }
-            all.push(stream.components().to_vec());
+            all.push((run.0, stream.components().to_vec()));
         })?;
     }
     map.slow_reach = slow_reach;
     let root = |sum: f64| (sum / frames.max(1.0)).sqrt();
     map.law.slow_spread = slow.into_iter().map(root).collect();
-    map.spread = components
-        .into_iter()
-        .map(|sum| root(sum).max(f64::MIN_POSITIVE))
-        .collect();
-    let farthest = all.iter().map(|row| map.distance(row)).fold(0.0, f64::max);
+    // A centre is a frame of its run.
+    let centres = &map.law.centres;
+    let mut runs_of = vec![usize::MAX; centres.len()];
+    for (run, row) in &all {
+        let own = centres
+            .iter()
+            .zip(&mut runs_of)
+            .filter(|(centre, _)| *centre == row);
+        own.for_each(|(_, of)| *of = *run);
+    }
+    let several = runs.len() > 1;
+    let mut farthest = 0.0_f64;
+    for (run, row) in &all {
+        let others = centres
+            .iter()
+            .zip(&runs_of)
+            .filter(|(_, of)| !several || *of != run);
+        let nearest = others
+            .map(|(centre, _)| apart(centre, row))
+            .fold(f64::INFINITY, f64::min);
+        farthest = if nearest.is_finite() {
+            farthest.max(nearest)
+        } else {
+            farthest
+        };
+    }
     let margin = match runs {
         [_] => MARGIN * super::relation::OF_ONE_RUN.powi(2),
         _ => MARGIN,
@@ -400,7 +419,12 @@ impl<'a> Quick<'a> {
     /// # Errors
     /// [`TrainingError`].
     pub(crate) fn of(runs: &'a [Session]) -> Result<Self, TrainingError> {
-        let (standard, law) = law_of(runs, None)?;
+        let (standard, mut law) = law_of(runs, None)?;
+        // A memory shorter than the delays that are looked for makes up for them.
+        law.times.retain(|time| *time > LONGEST_DELAY);
+        law.times.insert(0, LONGEST_DELAY);
+        law.slow_spread =
+            vec![0.0; (law.times.len() - 1) * law.components.min(SLOW) + law.times.len() * SUMS];
         let longest = runs.iter().map(|run| run.sensor.longest_step());
         let count: usize = runs
             .iter()
@@ -423,7 +447,6 @@ impl<'a> Quick<'a> {
         Ok(Self {
             runs,
             map: ForceMap {
-                spread: vec![1.0; law.components],
                 slow_reach: vec![0.0; law.times.len() - 1],
                 farthest: f64::INFINITY,
                 pressing: empty(),

@@ -188,7 +188,7 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     f64::sqrt(sum / f64::max(count, 1.0))
 }
 
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 

@@ -198,6 +198,7 @@ impl FeatureLaw {
             && positive(&self.tops)
             && !self.times.is_empty()
             && positive(&self.times)
+            && !self.centres.is_empty()
             && rows(&self.centres, self.components)
             && self.slow_spread.len()
                 == (self.times.len() - 1) * self.slow() + self.times.len() * SUMS
@@ -208,6 +209,14 @@ impl FeatureLaw {
     pub fn along(&self, x: &[f64]) -> Vec<f64> {
         let directions = self.directions[..self.components].iter();
         directions.map(|d| long_dot(d, x) / self.size).collect()
+    }
+
+    /// Square of the distance of components from the nearest centre of the kernels.
+    pub fn distance(&self, u: &[f64]) -> f64 {
+        self.centres
+            .iter()
+            .map(|centre| apart(centre, u))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The kernel of a frame with the components `u` about a centre.

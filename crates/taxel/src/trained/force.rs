@@ -246,9 +246,7 @@ pub struct ForceMap {
     pub law: FeatureLaw,
     /// The pressing force, N.
     pub pressing: MixedMap,
-    /// Root mean square of each component over training.
-    pub spread: Vec<f64>,
-    /// Square of the distance of the components from zero, each over its spread, above which a frame is
+    /// Square of the distance of the components from the nearest centre of the kernels, above which a frame is
     /// unlike those of training.
     pub farthest: f64,
     /// For each time of the memory the largest of what it held over training.
@@ -273,11 +271,6 @@ impl ForceMap {
         }
         for (sound, table) in [
             (self.pressing.is_sound(law), "pressing"),
-            (
-                self.spread.len() == law.components
-                    && self.spread.iter().all(sound(f64::MIN_POSITIVE)),
-                "spread",
-            ),
             (self.farthest > 0.0, "farthest"),
             (
                 self.slow_reach.len() + 1 == law.times.len()
@@ -296,12 +289,6 @@ impl ForceMap {
             }
         }
         Ok(())
-    }
-
-    /// Square of the distance of components from those of rest, each over its spread.
-    pub fn distance(&self, components: &[f64]) -> f64 {
-        let terms = components.iter().zip(&self.spread);
-        terms.map(|(u, spread)| (u / spread).powi(2)).sum()
     }
 
     /// The map of the pressing force, then those of the other components.
@@ -375,7 +362,7 @@ impl ForceEstimator {
         self.found.clear();
         self.found
             .extend(map.maps().map(|one| one.estimate(&map.law, features)));
-        self.distance = map.distance(self.stream.components());
+        self.distance = map.law.distance(self.stream.components());
         let [value, difference] = self.found[0];
         // A scale that never showed less than zero will not do so now.
         let value = value.max(map.pressing.range[0]);
