@@ -237,6 +237,32 @@ impl Board {
         }
     }
 
+    /// Step of each channel, SI: 0 for readings without steps, `NaN` where it is not known.
+    pub fn steps(&self) -> Vec<f64> {
+        let step = |place| match self.conversion(place) {
+            Some((Some(kind), _)) if kind.is_float() => 0.0,
+            Some((Some(_), conversion)) => conversion.scale.abs(),
+            _ => f64::NAN,
+        };
+        self.wired().into_iter().map(step).collect()
+    }
+
+    /// Number of the kind of each channel: those of one have the same unit, type and scale.
+    pub fn kinds(&self) -> Vec<usize> {
+        let mut kinds = Vec::new();
+        let kind = |place: usize| {
+            let typed = self.conversion(place);
+            let typed = typed.map(|(kind, conversion)| (kind, conversion.scale));
+            let this = (self.values[place].unit.clone(), typed);
+            let known = kinds.iter().position(|other| *other == this);
+            known.unwrap_or_else(|| {
+                kinds.push(this);
+                kinds.len() - 1
+            })
+        };
+        self.wired().into_iter().map(kind).collect()
+    }
+
     /// True if the wire carries text.
     pub fn carries_text(&self) -> bool {
         matches!(self.format, Format::Lines(_) | Format::Messages(_))

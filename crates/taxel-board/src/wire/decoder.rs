@@ -119,7 +119,9 @@ impl Decoder {
                 .iter()
                 .map(|place| board.values[*place].unit.si_per_unit)
                 .collect();
-            StepGuard::new(board.step_limit, &units, steps(board, &wired))
+            // A step that is not known limits nothing.
+            let steps = board.steps().into_iter().map(|step| step.max(0.0)).collect();
+            StepGuard::new(board.step_limit, &units, steps)
         });
         Self {
             cutter: Cutter::new(board),
@@ -605,11 +607,3 @@ fn fingerprint(values: Option<&[f64]>) -> u64 {
     })
 }
 
-/// Smallest step of each channel, SI: one of a whole number.
-fn steps(board: &Board, wired: &[usize]) -> Vec<f64> {
-    let of = |place: &usize| match board.conversion(*place) {
-        Some((Some(kind), conversion)) if !kind.is_float() => conversion.scale.abs(),
-        _ => 0.0,
-    };
-    wired.iter().map(of).collect()
-}

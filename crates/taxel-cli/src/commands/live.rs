@@ -351,6 +351,8 @@ fn sensed(
         arguments,
         &arguments.source,
     )?;
+    let steps = board_of(&run).map_or(Vec::new(), |board| board.steps());
+    touch.set_steps(&steps);
     if let Some(path) = recorded_rest(arguments) {
         let bare = has_bare_recordings(&named.sensor);
         let session = |stream: &Stream| {
@@ -520,6 +522,12 @@ fn gives(arguments: &Live, quantity: Quantity) -> Result<bool, Stop> {
     Ok(last.is_some_and(|last| last.unit().quantity == quantity))
 }
 
+/// The board of a run.
+fn board_of(run: &RunFiles) -> Option<Board> {
+    let board = run.board.as_ref()?;
+    Board::parse(&board.name, &board.text).ok()
+}
+
 /// A session whose frames are a map that describes itself.
 fn map_session(
     source: impl Source + 'static,
@@ -553,14 +561,18 @@ fn map_session(
         );
     }
     // A board names its channels.
-    let board = run.board.as_ref();
-    let board = board.and_then(|board| Board::parse(&board.name, &board.text).ok());
+    let board = board_of(run);
+    let (steps, kinds) = board
+        .as_ref()
+        .map_or_else(Default::default, |board| (board.steps(), board.kinds()));
     let names = board.iter().flat_map(Board::names).map(str::to_owned);
     let names: Vec<String> = names.collect();
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
         all_events,
         names: names.clone(),
+        steps: steps.clone(),
+        kinds: kinds.clone(),
     };
     let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {

@@ -11,6 +11,7 @@ use super::judged::Judged;
 use super::reader::{Drift, Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
+use super::steps::Steps;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use crate::acquisition::{Frame, Quantity, SignalUnit};
 use crate::layout::{Mount, Wrench};
@@ -85,10 +86,13 @@ pub struct ArrayEstimator {
     /// Standard deviation of one reading as drawn, and in force, SI.
     drawn_noise: Vec<f64>,
     noise: Vec<f64>,
+    steps: Steps,
     captured: Vec<Option<[f64; 2]>>,
     /// Channels that read at the high end while the device was at rest.
     at_end: Vec<bool>,
     capture: Option<RestCapture>,
+    /// True after the last frame of a rest capture.
+    emptied: bool,
     /// True until the first rest capture of a device that needs one comes to its end.
     awaits_zero: bool,
     baseline: Option<Baseline>,
@@ -142,15 +146,37 @@ impl ArrayEstimator {
             captured: vec![None; channels],
             at_end: vec![false; channels],
             capture: None,
+            emptied: false,
             awaits_zero: false,
             still: StillWatch::new(channels),
+            steps: Steps::new(&*reader, &noise),
             drawn_noise: noise.clone(),
             noise,
             last_time_ns: None,
             reader,
         };
+        estimator.find_noise();
         estimator.take_rest();
         estimator
+    }
+
+    /// Says by which steps the wire gives the channels, in the unit of a frame: 0 for none, `NaN`
+    /// where it is not known.
+    pub fn set_steps(&mut self, steps: &[f64]) {
+        self.reader.set_steps(steps);
+        self.steps.state(steps);
+        self.find_noise();
+    }
+
+    /// The noise in force: that of the last rest capture or the drawn one, and no less than steps
+    /// leave.
+    fn find_noise(&mut self) {
+        let drawn = self.drawn_noise.iter().zip(&self.captured).enumerate();
+        for (noise, (channel, (drawn, captured))) in self.noise.iter_mut().zip(drawn) {
+            *noise = self
+                .steps
+                .at_least(channel, captured.map_or(*drawn, |[_, noise]| noise));
+        }
     }
 
     /// Meaning of readings and values.
@@ -273,6 +299,14 @@ impl ArrayEstimator {
         if !self.reader.takes(frame.time_ns) {
             return Ok((&self.touch, None));
         }
+        if self.steps.look(&frame.values) {
+            self.find_noise();
+        }
+        // The device was empty: no taxel holds a touch that began on another zero.
+        if std::mem::take(&mut self.emptied) {
+            self.segmentation.forget();
+            self.touch.regions.fill(None);
+        }
         let elapsed = self.elapsed(frame.time_ns);
         self.touch.sequence = frame.sequence;
         self.touch.time_ns = frame.time_ns;
@@ -347,6 +381,7 @@ impl ArrayEstimator {
         Some(found.map(|at_end| {
             self.at_end = at_end;
             self.awaits_zero = false;
+            self.emptied = true;
             self.renew();
         }))
     }
@@ -382,14 +417,7 @@ impl ArrayEstimator {
         let rest: Vec<f64> = captured
             .map(|captured| captured.map_or(f64::NAN, |[value, _]| value))
             .collect();
-        for ((noise, drawn), captured) in self
-            .noise
-            .iter_mut()
-            .zip(&self.drawn_noise)
-            .zip(&self.captured)
-        {
-            *noise = captured.map_or(*drawn, |[_, noise]| noise);
-        }
+        self.find_noise();
         self.reader.set_rest(&rest, &self.noise);
         // Of a taxel without a value the new rest says that nothing is on it.
         let taxels = self.touch.taxels.iter().zip(&mut self.touch.regions);

@@ -290,6 +290,10 @@ pub trait Reader: Any + Send {
     /// Facts of each channel, in the order and unit of a frame.
     fn channels(&self) -> &[ChannelFacts];
 
+    /// Takes the steps by which the wire gives the channels, in the unit of a frame: a coarse one
+    /// hides noise.
+    fn set_steps(&mut self, _steps: &[f64]) {}
+
     /// Rules for the device; do not change.
     fn rules(&self) -> Rules;
 

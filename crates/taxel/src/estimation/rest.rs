@@ -447,8 +447,20 @@ pub(super) fn measured_noise(running: &Running, promised: f64) -> f64 {
     if running.count < 2.0 {
         return promised;
     }
-    let measured = running.deviation().max(0.5 * promised);
+    let mut measured = running.deviation().max(0.5 * promised);
+    if promised.is_nan() {
+        measured *= doubt(running.count);
+    }
     measured * (1.0 + 1.0 / running.count).sqrt()
+}
+
+/// By how much a deviation of `count` readings must be enlarged so that another reading is farther
+/// than six of them from the mean as rarely as normal noise of a known deviation: Student's t with
+/// count - 1 degrees of freedom, by Wallace's approximation (1959, Ann. Math. Stat. 30, 1124).
+fn doubt(count: f64) -> f64 {
+    let freedom = count - 1.0;
+    let normal = TOUCHED * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
+    (freedom * (normal * normal / freedom).exp_m1()).sqrt() / TOUCHED
 }
 
 impl Running {

@@ -373,6 +373,10 @@ impl Reader for ChainReader {
         &self.channels
     }
 
+    fn set_steps(&mut self, steps: &[f64]) {
+        ChannelFacts::coarsen(&mut self.channels, steps);
+    }
+
     fn rules(&self) -> Rules {
         Rules {
             division: Division::Peaks,
