@@ -789,3 +789,58 @@ fn samples_are_refused_where_they_say_nothing() {
         assert!(message.contains(word), "{body}: {message}");
     }
 }
+
+/// One line a row without a number, and a blank line between two frames.
+#[test]
+fn rows_between_blank_lines_make_frames() -> Outcome {
+    let body =
+        "framing.lines = { rows = 2 }\npacket.fields = [{ is = \"value\", name = \"c0..c1\" }]";
+    // The third frame has a row too few, the fourth one too many, the fifth a row that is none.
+    let lines =
+        "1\t2\t\r\n3\t4\t\r\n\r\n5 6\n7 8\n\n1 1\n\n2 2\n3 3\n4 4\n\n5 5\nready\n6 6\n\n7 7\n8 8\n";
+    let (frames, decoder) = decoded(&board(body)?, lines.as_bytes());
+    let values: Vec<_> = frames.iter().map(|frame| frame.values.clone()).collect();
+    let all = [
+        [1.0, 2.0, 3.0, 4.0],
+        [5.0, 6.0, 7.0, 8.0],
+        [2.0, 2.0, 3.0, 3.0],
+        [7.0, 7.0, 8.0, 8.0],
+    ];
+    assert_eq!(values, all);
+    let counts = decoder.counts();
+    assert_eq!((counts.incomplete, counts.other), (2, 3), "{counts:?}");
+    there_and_back(&board(body)?, 100)?;
+    let both = "framing.lines = { rows = 2 }\npacket.fields = [{ is = \"address\", count = 2 }, { is = \"value\", name = \"a\" }]";
+    assert!(
+        board(both)
+            .err()
+            .unwrap_or_default()
+            .contains("without an address")
+    );
+    Ok(())
+}
+
+/// What published firmware of gloves and mats sends, one packet or line each with its values.
+#[test]
+fn published_firmware_is_read() -> Outcome {
+    let glove = "framing.marked = { head = \"f0 01 0b\", tail = \"f7\" }\npacket.fields = [{ is = \"value\", name = \"{thumb,index,middle,ring,pinky}.{1,2}\", type = \"u8\", range = [0, 127] }, { is = \"value\", name = \"battery\", type = \"u8\" }]";
+    let wire = [0xf0, 1, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 99, 0xf7];
+    let (frames, _) = decoded(&board(glove)?, &wire);
+    assert_eq!(frames[0].values[9..], [10.0, 99.0]);
+    let start_and_end = "framing.length = { head = \"53 01\", at = 2, type = \"u8\", counts = \"all\" }\npacket = { order = \"big\", fields = [{ is = \"skip\", bytes = 1 }, { is = \"value\", name = \"f{1..5}\", type = \"u16\" }, { is = \"mark\", equals = \"45\" }] }";
+    let wire = [0x53, 1, 14, 1, 0, 0, 2, 3, 4, 0, 5, 0xff, 0xff, 0x45];
+    let (frames, _) = decoded(&board(start_and_end)?, &[wire, wire].concat());
+    assert_eq!(frames[1].values, [256.0, 2.0, 772.0, 5.0, 65535.0]);
+    let nested = "framing.messages.carrier = \"json\"\n[[message]]\nfields = [{ is = \"value\", key = \"e/x\", name = \"ex\" }, { is = \"value\", key = \"l/x\", name = \"lx\" }, { is = \"value\", key = \"mf\", name = \"mf\" }]";
+    let found = of_lines(
+        nested,
+        "{\"e\":{\"x\":1.5,\"y\":2},\"l\":{\"x\":-3},\"mf\":512}\n",
+    )?;
+    assert_eq!(found, [[1.5, -3.0, 512.0]]);
+    let matrix = "framing.lines.template = \"{value c0..c209}\"";
+    let line: String = (0..210).map(|n| format!("{n} ")).collect();
+    assert_eq!(of_lines(matrix, &format!("{line}\r\n"))?[0][209], 209.0);
+    let named = "framing.marked = { head = \"44 41 54 41\", tail = \"43 59 4e 0a\" }\npacket.fields = [{ is = \"value\", name = \"f{1..2}\", type = \"i16\" }, { is = \"value\", name = \"q{1..2}\", type = \"f32\" }, { is = \"skip\", bytes = 2 }]";
+    there_and_back(&board(named)?, 200)?;
+    Ok(())
+}

@@ -49,6 +49,20 @@ pub struct BoardFile {
     /// otherwise one row.
     #[serde(default)]
     pub layout: Option<GridOfChannels>,
+    /// What the readings do under pressure, where no sensor file says it; default they rise.
+    #[serde(default)]
+    pub pressed: Pressed,
+}
+
+/// What readings do under pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pressed {
+    /// They grow.
+    #[default]
+    Rises,
+    /// They fall.
+    Falls,
 }
 
 /// Rows and columns of the channels.
@@ -99,6 +113,8 @@ pub struct Lines {
     pub template: Vec<String>,
     /// When the lines of several templates make a frame; default with each line.
     pub frame: FrameEnd,
+    /// Lines of a frame that follow each other, one a row, with a blank line behind the last.
+    pub rows: Option<usize>,
     /// Decimal sign; default a point.
     pub decimal: Decimal,
     /// Longest line in bytes; default 65536.

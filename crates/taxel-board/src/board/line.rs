@@ -23,8 +23,10 @@ pub(crate) struct LineFormat {
     empty: Option<Empty>,
     decimal: Decimal,
     values: Vec<TextValue>,
-    /// The lines of a frame, where each says which it is.
+    /// The lines of a frame, where each says which it is or a blank line stands before the first.
     pub(crate) address: Option<AddressRange>,
+    /// True if a blank line stands between two frames.
+    pub(crate) by_blank_lines: bool,
 }
 
 /// How a value is written, and what its number means.
@@ -118,7 +120,10 @@ pub(super) fn resolve(
         let help = "say framing.lines.frame = \"last\": the line of the last template with a value completes the frame";
         return Err(broken(&[&"framing", &"lines", &"template"], message, help));
     }
-    let address = address(packet, &templates, several)?;
+    let address = match lines.rows {
+        None => address(packet, &templates, several)?,
+        Some(rows) => Some(counted_rows(rows, packet, &templates)?),
+    };
     if let Some(address) = address {
         values = address.values(&values);
         if values.len() > MOST_VALUES {
@@ -161,8 +166,33 @@ pub(super) fn resolve(
         decimal: lines.decimal,
         values: texts,
         address,
+        by_blank_lines: lines.rows.is_some(),
     };
     Ok((Format::Lines(format), values))
+}
+
+/// The lines of a frame that follow each other.
+fn counted_rows(
+    rows: usize,
+    packet: &Packet,
+    templates: &[Vec<Piece>],
+) -> Result<AddressRange, Broken> {
+    let at = |message: String, help: &str| broken(&[&"framing", &"lines", &"rows"], message, help);
+    if !(2..=MOST_VALUES).contains(&rows) {
+        let message =
+            format!("{rows} is out of range: must be at least 2 and at most {MOST_VALUES}");
+        return Err(at(message, ""));
+    }
+    let addressed = packet.fields.iter().any(|field| field.is == Is::Address);
+    if addressed || templates.len() > 1 {
+        let message = "rows that follow each other are lines of one kind without an address";
+        return Err(at(message.into(), "leave it out, or write one template"));
+    }
+    Ok(AddressRange {
+        first: 0,
+        step: 1,
+        count: rows,
+    })
 }
 
 /// The addresses of the lines of a frame, where lines have one.
@@ -445,11 +475,10 @@ impl LineFormat {
     /// were looked at, and to the next; `None` before it ends.
     pub(crate) fn line_end(&self, bytes: &[u8], searched: usize) -> Option<(usize, usize)> {
         let Some(end) = &self.end else {
+            // Where a blank line counts, none stands between the two bytes of one end.
+            let is_end = |byte: u8| byte == b'\n' || (byte == b'\r' && !self.by_blank_lines);
             let ends = bytes[searched..].iter();
-            let at = searched
-                + ends
-                    .clone()
-                    .position(|byte| matches!(byte, b'\n' | b'\r'))?;
+            let at = searched + ends.clone().position(|byte| is_end(*byte))?;
             return Some((at, at + 1));
         };
         // An end may have begun before.
@@ -629,6 +658,9 @@ impl LineFormat {
         for slot in 0..self.address.map_or(1, |address| address.count) {
             let own = &values[slot * self.values.len()..];
             self.write_line(slot, own, sequence(slot), time_ns, out);
+        }
+        if self.by_blank_lines {
+            out.extend_from_slice(self.end.as_deref().unwrap_or(b"\r\n"));
         }
     }
 

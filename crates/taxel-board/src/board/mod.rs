@@ -27,7 +27,8 @@ use crate::names;
 pub use class::{Class, Detection};
 pub use description::{
     BoardFile, BuiltIn, Carrier, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing,
-    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Samples, Stamped, Stuffed,
+    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Pressed, Samples, Stamped,
+    Stuffed,
 };
 
 pub use field::{CountedBySequence, Digits, Field, Is, Type};
@@ -103,6 +104,8 @@ pub struct Board {
     pub(crate) step_limit: Option<f64>,
     /// The frames of one packet or message, where it holds several.
     pub(crate) samples: Option<SampleTimes>,
+    /// What its readings do under pressure.
+    pub pressed: Pressed,
 }
 
 /// Frames that come in one packet or message.

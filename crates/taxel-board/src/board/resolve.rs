@@ -86,6 +86,7 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         grid,
         step_limit: file.packet.step_limit,
         samples,
+        pressed: file.pressed,
     };
     check_rate(&board)?;
     check_packets(file, &board)?;

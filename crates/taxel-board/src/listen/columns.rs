@@ -146,6 +146,13 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
             "check = {{ kind = \"{}\", over = [{from}, {at}], at = {at}{order} }}\n",
             kind.name()
         ));
+        // What stands behind it is neither of a value nor of the tail.
+        let behind = at + kind.bytes();
+        let bytes = length - cut.tail - behind;
+        if bytes > 0 {
+            let skipped = format!("{{ is = \"skip\", bytes = {bytes}, at = {behind} }}");
+            found.fields.push(skipped);
+        }
     }
     found
 }

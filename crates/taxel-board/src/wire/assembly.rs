@@ -211,6 +211,11 @@ impl Assembly {
         self.begun() && (self.come[reading.slot] || late || numbered)
     }
 
+    /// Packets, messages or lines of a frame.
+    pub(super) fn places(&self) -> usize {
+        self.come.len()
+    }
+
     /// Values of a frame.
     pub(super) fn values(&self) -> usize {
         self.values.len()

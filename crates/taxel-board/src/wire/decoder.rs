@@ -58,6 +58,8 @@ pub struct Decoder {
     stretch: u64,
     begun: bool,
     discard_line: bool,
+    /// Lines since a blank one; `None` where one is missing or damaged.
+    row: Option<usize>,
     /// Bytes of the line under way in which no end was found.
     searched: usize,
     assembly: Assembly,
@@ -144,6 +146,7 @@ impl Decoder {
             stretch: 0,
             begun: begin == Begin::Whole,
             discard_line: begin == Begin::Cut,
+            row: (begin == Begin::Whole).then_some(0),
             searched: 0,
             assembly: Assembly::new(board, begin == Begin::Cut),
             frames: VecDeque::new(),
@@ -227,6 +230,7 @@ impl Decoder {
         self.since_packet = (begin == Begin::Whole).then_some(0);
         self.begun = begin == Begin::Whole;
         self.discard_line = begin == Begin::Cut;
+        self.row = (begin == Begin::Whole).then_some(0);
         self.assembly.reconnect(begin == Begin::Cut);
         self.cutter.reset();
         if let Some(numbering) = &mut self.numbering {
@@ -459,9 +463,19 @@ impl Decoder {
 
     fn line(&mut self, lines: &LineFormat, line: &str, host_ns: Option<u64>) {
         if line.trim().is_empty() {
+            self.row = Some(0);
             return;
         }
-        let Some(read) = lines.read(line) else {
+        let mut read = lines.read(line);
+        if lines.by_blank_lines {
+            let row = self.row.take().filter(|row| *row < self.assembly.places());
+            self.row = read.as_ref().and(row).map(|row| row + 1);
+            read = read.filter(|_| row.is_some());
+            if let Some(read) = &mut read {
+                read.slot = row;
+            }
+        }
+        let Some(read) = read else {
             self.counts.other += 1;
             self.keep(line);
             return;

@@ -12,7 +12,7 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
-use taxel_board::Board;
+use taxel_board::{Board, Pressed};
 use taxel_files::{COMMIT, Progress, VERSION};
 use taxel_recording::RecordingError;
 use taxel_serve::link::LinkAddress;
@@ -573,6 +573,9 @@ fn map_session(
         names: names.clone(),
         steps: steps.clone(),
         kinds: kinds.clone(),
+        falls: board
+            .as_ref()
+            .is_some_and(|board| board.pressed == Pressed::Falls),
     };
     let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {

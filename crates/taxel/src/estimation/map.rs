@@ -32,6 +32,8 @@ pub struct MapOptions {
     /// Number of the kind of each channel: those of one have the same unit and type, and are
     /// compared with each other. Empty if all are of one kind.
     pub kinds: Vec<usize>,
+    /// True if readings fall under pressure.
+    pub falls: bool,
 }
 
 /// Reads a map of pressures, forces or anything else: values less the rest values.
@@ -44,6 +46,8 @@ pub struct MapReader {
     least: usize,
     /// True if the readings are those of a bare device, whose zero is anywhere.
     bare: bool,
+    /// True if readings fall under pressure.
+    falls: bool,
     /// Sensels that were stuck while the noise was found.
     stuck: Vec<bool>,
     rest: Vec<f64>,
@@ -74,6 +78,7 @@ impl MapReader {
             threshold: TOUCH * noise.least_hold(&kinds).max(stated),
             least: stream.pitch.map_or(1, sensels).max(1),
             bare: bare(stream),
+            falls: false,
             rest: vec![0.0; stream.channels()],
         }
     }
@@ -85,6 +90,12 @@ impl MapReader {
             self.meaning.channels = names.to_vec();
         }
         self
+    }
+
+    /// The same where readings fall under pressure, if they do.
+    #[must_use]
+    pub fn falling(self, falls: bool) -> Self {
+        Self { falls, ..self }
     }
 }
 
@@ -161,7 +172,9 @@ impl Reader for MapReader {
                 ChannelState::Faulty => State::Faulty,
                 _ => State::Ok,
             };
-            *taxel = TaxelTouch::pressing(channels.readings[index] - rest, deviation, state);
+            let rise = channels.readings[index] - rest;
+            let value = if self.falls { -rise } else { rise };
+            *taxel = TaxelTouch::pressing(value, deviation, state);
         }
     }
 

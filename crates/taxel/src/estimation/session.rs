@@ -45,7 +45,8 @@ impl TouchSession {
             observed.events.slip_speed = f64::INFINITY;
         }
         let reader = MapReader::of_kinds(stream, &options.noise, &options.kinds);
-        let mut session = Self::new(Box::new(reader.named(&options.names)), observed);
+        let reader = reader.named(&options.names).falling(options.falls);
+        let mut session = Self::new(Box::new(reader), observed);
         session.set_steps(&options.steps);
         session
     }

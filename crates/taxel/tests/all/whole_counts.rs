@@ -280,3 +280,24 @@ fn forces_in_coarse_steps_are_touched_above_two() {
         );
     }
 }
+
+/// A mat whose readings fall when it is pressed.
+#[test]
+fn readings_that_fall_under_pressure_are_pressed() {
+    let options = MapOptions {
+        falls: true,
+        ..MapOptions::default()
+    };
+    let mut quiet = Quiet::new(16, 10, 0.3, 17);
+    quiet.truth[0] = 300.0;
+    let mut run = Run::new(&mat([4, 4], Quantity::Counts), &options);
+    for _ in 0..200 {
+        run.push(quiet.next(None));
+    }
+    run.push(quiet.next(Some(40.0)));
+    assert_eq!(run.contacts, 0);
+    run.push(quiet.next(Some(-40.0)));
+    assert_eq!(run.contacts, 1);
+    // Within a count of rounding at each end and four of noise.
+    assert!((run.session.estimator().touch().taxels[0].pressed() - 40.0).abs() < 3.0);
+}
