@@ -838,8 +838,11 @@ fn published_firmware_is_read() -> Outcome {
     )?;
     assert_eq!(found, [[1.5, -3.0, 512.0]]);
     let matrix = "framing.lines.template = \"{value c0..c209}\"";
-    let line: String = (0..210).map(|n| format!("{n} ")).collect();
-    assert_eq!(of_lines(matrix, &format!("{line}\r\n"))?[0][209], 209.0);
+    let line = (0..210)
+        .map(|n| n.to_string())
+        .collect::<Vec<_>>()
+        .join(" ");
+    assert_eq!(of_lines(matrix, &format!("{line} \r\n"))?[0][209], 209.0);
     let named = "framing.marked = { head = \"44 41 54 41\", tail = \"43 59 4e 0a\" }\npacket.fields = [{ is = \"value\", name = \"f{1..2}\", type = \"i16\" }, { is = \"value\", name = \"q{1..2}\", type = \"f32\" }, { is = \"skip\", bytes = 2 }]";
     there_and_back(&board(named)?, 200)?;
     Ok(())

@@ -10,7 +10,7 @@ const SHARE: f64 = 1.0 / 3.0;
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
     /// In the unit of a frame; 0 for readings without steps, `NaN` where it is not known.
-    steps: Vec<f64>,
+    widths: Vec<f64>,
     /// Drawn noise, SI, over that in the unit of a frame.
     per_unit: Vec<f64>,
     /// True as long as every reading of a channel whose step is not known was a whole count.
@@ -28,7 +28,7 @@ impl Steps {
         };
         let deviations = channels().map(|facts| facts.deviation);
         Self {
-            steps: channels().map(|facts| known(facts.resolution)).collect(),
+            widths: channels().map(|facts| known(facts.resolution)).collect(),
             per_unit: noise.iter().zip(deviations).map(per_unit).collect(),
             whole: reader.meaning().reading.quantity == "counts",
         }
@@ -36,7 +36,7 @@ impl Steps {
 
     /// Takes those of the wire, in the unit of a frame.
     pub(super) fn state(&mut self, steps: &[f64]) {
-        for (own, stated) in self.steps.iter_mut().zip(steps) {
+        for (own, stated) in self.widths.iter_mut().zip(steps) {
             if !stated.is_nan() {
                 *own = *stated;
             }
@@ -47,14 +47,14 @@ impl Steps {
     pub(super) fn look(&mut self, values: &[f64]) -> bool {
         let broken =
             |(step, value): (&f64, &f64)| step.is_nan() && !value.is_nan() && value.fract() != 0.0;
-        let found = self.whole && self.steps.iter().zip(values).any(broken);
+        let found = self.whole && self.widths.iter().zip(values).any(broken);
         self.whole &= !found;
         found
     }
 
     /// Noise of a channel, SI, and no less than its steps leave; `NaN` where it is not known.
     pub(super) fn at_least(&self, channel: usize, noise: f64) -> f64 {
-        let step = match self.steps[channel] {
+        let step = match self.widths[channel] {
             step if !step.is_nan() => step,
             _ if self.whole => 1.0,
             _ => 0.0,
