@@ -5,9 +5,7 @@ use super::field::{Digits, Field, Is, Type, Within};
 use super::layout::{Conversion, Counting, FrameRule, PacketLayout, Status};
 use super::rules::{self, Broken, broken};
 use super::text_number::TextNumber;
-use super::{
-    Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, placement, resolve, unit,
-};
+use super::{Counter, Format, LONGEST_LINE, LONGEST_PACKET, ValueOfBoard, placement, unit};
 use crate::names::{self, MOST_VALUES};
 
 /// Largest id of a CAN message with 11 bits, and with 29.
@@ -192,7 +190,7 @@ pub(super) fn of_packets(
     framing: &Framing,
     described: &[Message],
     packet: &Packet,
-) -> Result<(Format, Vec<ValueOfBoard>), Broken> {
+) -> Result<(MessageFormat, Vec<ValueOfBoard>), Broken> {
     refuse_fields(packet)?;
     let mut messages: Vec<MessageLayout> = Vec::new();
     let mut values = Vec::new();
@@ -213,7 +211,6 @@ pub(super) fn of_packets(
         }
         let (layout, own) = placement::layout(framing, &packet_of(message, packet))
             .map_err(|broken| broken.in_message(place))?;
-        resolve::check_framing(framing, &layout)?;
         let alike = |other: &&MessageLayout| match &other.body {
             Body::Bytes(other) => {
                 other.length == layout.length && !(other.has_marks() && layout.has_marks())
@@ -250,7 +247,7 @@ pub(super) fn of_packets(
         rule: FrameRule::all(slots, values.len()),
         messages,
     };
-    Ok((Format::Messages(format), values))
+    Ok((format, values))
 }
 
 /// A message as a packet.

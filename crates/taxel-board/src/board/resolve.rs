@@ -51,7 +51,11 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
             messages::resolve(messages, &file.messages, &file.packet)?
         }
         (framing, None) if !file.messages.is_empty() => {
-            messages::of_packets(framing, &file.messages, &file.packet)?
+            let (format, values) = messages::of_packets(framing, &file.messages, &file.packet)?;
+            for layout in format.layouts() {
+                check_framing(framing, layout)?;
+            }
+            (Format::Messages(format), values)
         }
         (framing, None) => {
             let (layout, values) = layout(framing, &file.packet)?;
@@ -293,7 +297,7 @@ pub(super) fn places(values: &[ValueOfBoard], patterns: &[String]) -> Result<Vec
 }
 
 /// What a framing needs to be decided.
-pub(super) fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken> {
+fn check_framing(framing: &Framing, layout: &PacketLayout) -> Result<(), Broken> {
     let too_long = |longest: usize, kind: &str| {
         if layout.length > longest {
             let message = format!(
