@@ -1,6 +1,6 @@
 //! Intervals of totals and of events, devices by loads by faults: 95 % of them hold the truth.
 //!
-//! Each piece is made anew: what fabrication scatters is drawn for each, as the noise is. The force
+//! What fabrication scatters is drawn for each piece, as the noise is. The force
 //! of an element that gives charge fades with its drift guard, and so does the truth here.
 //!
 //! The whole table: `cargo test --release -p taxel --test all coverage -- --ignored --nocapture`.
@@ -131,7 +131,7 @@ impl Device {
         if self.unit == "mN" { 1e-3 } else { 1.0 }
     }
 
-    /// A piece, made by chance, under a script of this text.
+    /// The piece of fabrication of this seed under a script of this text.
     fn piece(&self, script: &str, seed: u64) -> (Twin, TouchSession) {
         let text = Sensor::shipped_text(self.sensor).unwrap();
         let text: String = text
