@@ -508,6 +508,10 @@ pub(crate) struct Live {
     /// The one of `sources` that is meant
     #[arg(skip)]
     pub(crate) source: String,
+    /// Session file (TOML): several sensors with their sources, boards and calibrations, in place of
+    /// the arguments of each
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sensors", "sources", "calibration", "boards"])]
+    pub(crate) session: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) link: Hardware,
     /// Device seconds per second; "max" is as fast as possible
@@ -603,10 +607,8 @@ impl Live {
     pub(crate) fn of_one_sensor(&self) -> Option<&'static str> {
         [
             (self.headless, "--headless"),
-            (self.frames.is_some(), "--frames"),
             (self.save.is_some(), "--save"),
             (self.events.is_some(), "--events"),
-            (self.recording.record.is_some(), "--record"),
             (!self.outputs.out.is_empty(), "--out"),
             (self.outputs.marks.is_some(), "--marks"),
         ]
@@ -661,7 +663,8 @@ pub(crate) struct Estimate {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RecordOptions {
     /// Record all of the run to this file (.mcap): frames, touch, events, tares and the files
-    /// it was made with; whatever ends the program, no more than the last 100 ms are lost
+    /// it was made with; whatever ends the program, no more than the last 100 ms are lost. Of
+    /// several sensors each has a file (run-1.mcap, run-2.mcap), by one clock
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// End the run if the recording, or the file of --save, --events or --out, fails; without it

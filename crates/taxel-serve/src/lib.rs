@@ -23,6 +23,7 @@
 
 mod board;
 mod capture;
+mod clock;
 mod condition;
 mod connection;
 pub mod device;
@@ -44,6 +45,7 @@ mod replay;
 mod reserved;
 mod save;
 mod server;
+mod shared;
 mod source;
 mod tare;
 #[cfg(test)]
@@ -73,8 +75,9 @@ pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey,
 pub use tare::{BelowZero, By};
 
 use history::History;
-use pump::{Pump, Shared};
+use pump::Pump;
 use server::Site;
+use shared::Shared;
 use taxel::acquisition::Stream;
 use taxel::estimation::TouchSession;
 

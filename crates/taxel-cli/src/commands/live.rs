@@ -29,12 +29,30 @@ use crate::{Done, Stop, files};
 
 mod address_code;
 mod hardware;
+mod session_file;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
-    match &arguments.each().map_err(Stop::WrongInput)?[..] {
-        [one] => run_one(one),
-        several => run_several(arguments, several),
+    let mut each = match &arguments.session {
+        Some(path) => session_file::each(path, arguments)?,
+        None => arguments.each().map_err(Stop::WrongInput)?,
+    };
+    if let [one] = &each[..] {
+        return run_one(one);
     }
+    for (place, one) in (1..).zip(&mut each) {
+        let record = &mut one.recording.record;
+        *record = record.as_deref().map(|path| of_sensor(path, place));
+    }
+    run_several(arguments, &each)
+}
+
+/// The recording of one of several sensors: `run.mcap` of the second is `run-2.mcap`. All have one clock.
+fn of_sensor(path: &Path, place: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = path.extension().map_or_else(String::new, |extension| {
+        format!(".{}", extension.to_string_lossy())
+    });
+    path.with_file_name(format!("{stem}-{place}{end}"))
 }
 
 /// Several sensors, each with a page that leads to the others.

@@ -87,6 +87,8 @@ pub struct ArrayEstimator {
     drawn_noise: Vec<f64>,
     noise: Vec<f64>,
     steps: Steps,
+    /// What is known of each channel: what the reader knows, and the noise that a capture saw of others.
+    facts: Vec<ChannelFacts>,
     captured: Vec<Option<[f64; 2]>>,
     /// Channels that read at the high end while the device was at rest.
     at_end: Vec<bool>,
@@ -150,6 +152,7 @@ impl ArrayEstimator {
             awaits_zero: false,
             still: StillWatch::new(channels),
             steps: Steps::new(&*reader, &noise),
+            facts: reader.channels().to_vec(),
             drawn_noise: noise.clone(),
             noise,
             last_time_ns: None,
@@ -191,7 +194,7 @@ impl ArrayEstimator {
 
     /// Facts of each channel, in the order and unit of a frame.
     pub fn channels(&self) -> &[ChannelFacts] {
-        self.reader.channels()
+        &self.facts
     }
 
     /// The reader, if it is of this type.
@@ -341,8 +344,7 @@ impl ArrayEstimator {
     /// Readings of a frame with the state of each channel.
     fn take_readings(&mut self, values: &[f64], elapsed: f64) {
         let channels = &mut self.touch.channels;
-        let facts = self.reader.channels().iter();
-        for (state, facts) in channels.states.iter_mut().zip(facts) {
+        for (state, facts) in channels.states.iter_mut().zip(&self.facts) {
             *state = if facts.masked {
                 ChannelState::Masked
             } else {
@@ -355,9 +357,8 @@ impl ArrayEstimator {
                 *state = ChannelState::Faulty;
             }
         }
-        let facts = self.reader.channels();
         self.still
-            .push(values, elapsed, facts, &mut channels.states);
+            .push(values, elapsed, &self.facts, &mut channels.states);
     }
 
     fn capture_frame(&mut self) -> Captured {
@@ -379,6 +380,7 @@ impl ArrayEstimator {
         }
         let found = capture.finish(&mut self.captured, &self.noise, rules, &&*self.reader);
         Some(found.map(|at_end| {
+            capture.learn(&mut self.facts);
             self.at_end = at_end;
             self.awaits_zero = false;
             self.emptied = true;
@@ -504,11 +506,10 @@ impl ArrayEstimator {
                     judged.certainty = Certainty::Unknown;
                 }
             }
-            Total::Unknown => {
-                if touch.total.force[2].is_nan() {
-                    judged.certainty = Certainty::Unknown;
-                }
+            Total::Unknown if touch.total.force[2].is_nan() => {
+                judged.certainty = Certainty::Unknown;
             }
+            Total::Unknown => judged.limit(self.reader.total_certainty(), State::OutOfRange),
         }
         (touch.total_certainty, touch.total_reason) = (judged.certainty, judged.reason);
         if judged.certainty != Certainty::Exact {

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::baseline::Baseline;
 use super::contact::Cell;
-use super::{ChannelFacts, ChannelReadings, State, Touch, Wiring};
+use super::{Certainty, ChannelFacts, ChannelReadings, State, Touch, Wiring};
 use crate::acquisition::SignalUnit;
 use crate::layout::Layout;
 
@@ -357,6 +357,11 @@ pub trait Reader: Any + Send {
     /// are not independent; none where they are.
     fn sum_variance(&self, _sum: f64) -> Option<f64> {
         None
+    }
+
+    /// How much a total force says that is no sum of taxels.
+    fn total_certainty(&self) -> Certainty {
+        Certainty::Exact
     }
 
     /// False for a taxel that the device does not have: nothing presses there.

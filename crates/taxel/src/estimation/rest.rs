@@ -23,6 +23,8 @@ pub(super) struct Running {
     least_jump: f64,
     /// True once a reading was no whole number.
     broken: bool,
+    /// Least and greatest reading.
+    range: [f64; 2],
     /// Sum and number of the readings in each third of the capture.
     thirds: [[f64; 2]; 3],
 }
@@ -304,6 +306,25 @@ impl RestCapture {
         if least.is_finite() { least } else { 0.0 }
     }
 
+    /// Writes what noise the capture saw into the facts of channels of which none is known: one that
+    /// has it no longer stands still. Readings that go to and fro between two steps may as well rest
+    /// in the middle of one; those that take three have noise wherever they are.
+    pub(super) fn learn(&self, facts: &mut [ChannelFacts]) {
+        let least_jump = self.least_jump();
+        for (facts, running) in facts.iter_mut().zip(self.readings.channels()) {
+            let step = running.step(facts.resolution, least_jump);
+            let [low, high] = running.range;
+            if facts.deviation.is_nan() && high - low >= 2.0 * step && step > 0.0 {
+                *facts = ChannelFacts {
+                    deviation: running.deviation(),
+                    resolution: step,
+                    quietest: true,
+                    ..*facts
+                };
+            }
+        }
+    }
+
     /// Writes what the capture found into `captured`.
     ///
     /// A unit that moved or is impossible keeps its old values, unless there
@@ -474,6 +495,11 @@ impl Running {
                 }
             }
             self.broken |= value.fract() != 0.0;
+            self.range = if self.count > 0.0 {
+                [self.range[0].min(value), self.range[1].max(value)]
+            } else {
+                [value; 2]
+            };
             self.thirds[third][0] += value;
             self.thirds[third][1] += 1.0;
             self.count += 1.0;
@@ -495,16 +521,21 @@ impl Running {
         if !noise.is_nan() {
             return deviation / noise;
         }
-        let step = match self.broken {
-            _ if step > 0.0 => step,
-            true => least_jump,
-            // Counts go by one.
-            false => 1.0,
-        };
+        let step = self.step(step, least_jump);
         if self.drift() < DRIFTS * deviation {
             0.0
         } else {
             deviation / self.rough_noise(step)
+        }
+    }
+
+    /// The step of the readings, where it is known; else the least that was seen.
+    fn step(&self, known: f64, least_jump: f64) -> f64 {
+        match self.broken {
+            _ if known > 0.0 => known,
+            true => least_jump,
+            // Counts go by one.
+            false => 1.0,
         }
     }
 

@@ -67,6 +67,9 @@ impl TouchSession {
     pub fn push(&mut self, frame: &Frame) -> Result<Observed<'_>, FrameError> {
         let capturing = self.estimator.capturing();
         let (_, captured) = self.estimator.push(frame)?;
+        if captured == Some(Ok(())) {
+            self.observer.know(self.estimator.channels());
+        }
         // Training looks at the estimates of a rest capture; whoever else does, sees no force.
         if !self.estimator.touch().zero_known {
             self.estimator.touch_mut().say_nothing();

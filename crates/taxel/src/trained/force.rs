@@ -455,6 +455,8 @@ pub struct BeyondTraining {
     pub deviations: Vec<f64>,
     /// True if an estimate is beyond all of training by more than chance.
     pub surely: bool,
+    /// True if it is the pressing force, and greater.
+    pub pressed_harder: bool,
 }
 
 /// Frames to forces, in real time.
@@ -580,7 +582,7 @@ impl ForceEstimator {
         let ridges: Vec<&Ridge> = std::iter::once(&map.ridge).chain(others).collect();
         let mut beyond = BeyondTraining {
             deviations: vec![0.0; ridges.len()],
-            surely: false,
+            ..BeyondTraining::default()
         };
         if self.features.is_empty() {
             return beyond;
@@ -610,12 +612,14 @@ impl ForceEstimator {
         let others = map.components.iter().map(|map| map.range);
         let ranges = std::iter::once(Some(map.range)).chain(others);
         let all = beyond.deviations.iter_mut().zip(ranges).zip(estimates);
-        for ((own, range), [value, deviation]) in all {
+        for (number, ((own, range), [value, deviation])) in all.enumerate() {
             let Some([low, high]) = range else { continue };
             let excess = (value - high).max(low - value);
             if excess > USUAL * deviation {
                 *own = own.hypot(excess * (excess / (high - low)).min(1.0));
-                beyond.surely |= excess > SURELY * deviation;
+                let surely = excess > SURELY * deviation;
+                beyond.surely |= surely;
+                beyond.pressed_harder |= surely && number == 0 && *value > high;
             }
         }
         beyond
