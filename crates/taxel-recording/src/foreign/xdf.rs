@@ -359,3 +359,33 @@ impl Rows for Samples {
         Ok(Some((time * 1e9).round() as i128))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clock that runs on, and one that begins anew after 100 s: each sample has the line of its
+    /// own stretch, also one that comes before the first offset behind the reset.
+    #[test]
+    fn a_clock_that_was_reset_has_a_line_before_and_behind() {
+        let run = |from: u32, to: u32, at: u64, offset: f64| {
+            let times = (from..=to).step_by(5).map(f64::from);
+            let offsets = times
+                .enumerate()
+                .map(move |(step, time)| (at + step as u64, [time, offset + 1e-4 * time]));
+            offsets.collect::<Vec<_>>()
+        };
+        let steady = Segment::all(&run(0, 100, 0, 7.0));
+        let reset = Segment::all(&[run(1000, 1100, 0, 7.0), run(5, 60, 1000, 1107.0)].concat());
+        assert_eq!([steady.len(), reset.len()], [1, 2]);
+        // Sums of some tens of numbers up to 1e5, each rounded to 1e-16 of it.
+        let is = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        };
+        is(corrected(&steady, 50, 42.0), 42.0 + 7.0 + 42e-4);
+        is(corrected(&reset, 10, 1042.0), 1042.0 + 7.0 + 1042e-4);
+        is(corrected(&reset, 1005, 42.0), 42.0 + 1107.0 + 42e-4);
+        is(corrected(&reset, 999, 2.0), 2.0 + 1107.0 + 2e-4);
+        is(corrected(&[], 0, 2.0), 2.0);
+    }
+}
