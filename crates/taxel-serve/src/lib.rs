@@ -71,7 +71,9 @@ pub use record::{
 };
 pub use replay::{Reopen, Replay, ReplayCommand};
 pub use save::SaveError;
-pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
+pub use source::{
+    Next, ReplaySource, Source, SourceError, Survey, TwinSource, open_foreign, open_recording,
+};
 pub use tare::{BelowZero, By};
 
 use history::History;

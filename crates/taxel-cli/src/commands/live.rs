@@ -14,12 +14,12 @@ use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
 use taxel_board::{Board, Pressed};
 use taxel_files::{COMMIT, Progress, VERSION};
-use taxel_recording::RecordingError;
+use taxel_recording::{RecordingError, RecordingOptions};
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
     EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
-    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
-    Survey, TwinSource, run_headless, run_with_page, run_with_pages,
+    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
+    run_headless, run_with_page, run_with_pages,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};
@@ -422,11 +422,10 @@ fn replayed(
 ) -> Result<(Session, Survey), Stop> {
     let bare = takes_bare(arguments.sensor());
     let open = || {
-        let options = ReplayOptions {
-            bare: bare || arguments.map.raw,
-            part: arguments.map.part.clone(),
-        };
-        ReplaySource::open(path, &options)
+        ReplaySource::open(
+            path,
+            &recording_options(bare || arguments.map.raw, arguments),
+        )
     };
     let surveyed = match known {
         Some(survey) => Ok((survey.clone(), Ok(()))),
@@ -448,6 +447,9 @@ fn replayed(
     let source = open()
         .map_err(|error| stop_of_source(&error))?
         .paced(&survey);
+    if let Some(taken) = source.taken().filter(|_| known.is_none()) {
+        note!("note: {}: {taken}", shown::path(path));
+    }
     let recorded = source.findings().map(RunFiles::of);
     let foreign = recorded.is_none();
     let options = PumpOptions {
@@ -468,8 +470,10 @@ fn replayed(
         && known.is_none()
     {
         let (count, parts) = (parts.len(), parts.join(", "));
+        let of_others = matches!(source.format(), taxel_recording::Format::Foreign(_));
+        let kind = if of_others { "series" } else { "sensors" };
         note!(
-            "note: the recording has {count} sensors: {parts}; this is {}; --part plays another",
+            "note: the recording has {count} {kind}: {parts}; this is {}; --part plays another",
             stream.name
         );
     }
@@ -623,18 +627,19 @@ fn map_session(
     })
 }
 
-/// How the recording of the rest values is opened.
-fn rest_options(bare: bool, arguments: &Live) -> ReplayOptions {
-    ReplayOptions {
+/// How a recording is opened.
+fn recording_options(bare: bool, arguments: &Live) -> RecordingOptions {
+    RecordingOptions {
         bare,
         part: arguments.map.part.clone(),
+        columns: arguments.map.columns.clone().unwrap_or_default(),
     }
 }
 
 /// The noise of a recording at rest.
 fn noise_of(path: &Path, bare: bool, arguments: &Live) -> Result<MapNoise, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
-    let options = rest_options(bare, arguments);
+    let options = recording_options(bare, arguments);
     let (survey, end) = Survey::of(ReplaySource::open(path, &options).map_err(wrong)?);
     end.map_err(wrong)?;
     Ok(survey.noise)
@@ -649,7 +654,7 @@ fn rest_of(
 ) -> Result<taxel::estimation::Rest, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
     let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", shown::path(path)));
-    let options = rest_options(bare, arguments);
+    let options = recording_options(bare, arguments);
     let mut source = ReplaySource::open(path, &options).map_err(wrong)?;
     let mut session = session(source.stream())?;
     session.begin_rest_capture(REST_FRAMES);
