@@ -529,13 +529,15 @@ fn damaged_recordings_are_inspected_repaired_and_cut() {
         refused(&["recording", "cut", &file, "--from", "5", "-o", &part]).contains("with its unit")
     );
     // A file that is none is refused by name.
-    let csv = folder.path("a.csv");
-    fs::write(&csv, "time [s],r0c0 [kPa]\n0,1\n").unwrap();
-    assert!(refused(&["recording", "inspect", &csv]).contains("is no recording"));
-    assert!(
-        refused(&["recording", "repair", &csv, "-o", &folder.path("y.mcap")])
-            .contains("is no recording")
-    );
+    let none = folder.path("a.txt");
+    fs::write(&none, "no numbers here\n").unwrap();
+    for command in [
+        &["recording", "inspect", &none][..],
+        &["recording", "repair", &none, "-o", &folder.path("y.mcap")],
+    ] {
+        let message = refused(command);
+        assert!(message.contains("a.txt"), "{message}");
+    }
     assert!(!Path::new(&folder.path("y.mcap")).exists());
 }
 

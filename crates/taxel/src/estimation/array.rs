@@ -167,6 +167,7 @@ impl ArrayEstimator {
     /// where it is not known.
     pub fn set_steps(&mut self, steps: &[f64]) {
         self.reader.set_steps(steps);
+        self.facts.clone_from_slice(self.reader.channels());
         self.steps.state(steps);
         self.find_noise();
     }

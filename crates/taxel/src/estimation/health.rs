@@ -172,12 +172,6 @@ impl HealthMonitor {
         }
     }
 
-    /// Takes what has become known of the channels.
-    pub(super) fn know(&mut self, facts: &[ChannelFacts]) {
-        self.facts.clear();
-        self.facts.extend_from_slice(facts);
-    }
-
     /// Takes the readings of a new frame.
     pub fn push(&mut self, time_ns: u64, reading: impl Fn(usize) -> ChannelReading) {
         let last = self.last_time_ns.replace(time_ns).unwrap_or(time_ns);

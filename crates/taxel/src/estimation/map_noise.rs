@@ -271,7 +271,10 @@ impl MapNoise {
             let Some(step) = seen.step else { continue };
             let scatter = self.scatter(&sensels);
             let scatter = scatter.filter(|scatter| self.is_shared(&sensels, *scatter, step));
-            let [deviation, zeros] = scatter.unwrap_or([f64::NAN; 2]);
+            // Where no noise is seen the least change may be that of a press: it is no step.
+            let Some([deviation, zeros]) = scatter else {
+                continue;
+            };
             let least = if zeros > ZEROS && !seen.below_zero {
                 0.0
             } else {

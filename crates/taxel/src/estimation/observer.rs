@@ -204,11 +204,6 @@ impl Observer {
         });
     }
 
-    /// Takes what has become known of the channels.
-    pub(super) fn know(&mut self, facts: &[ChannelFacts]) {
-        self.health.know(facts);
-    }
-
     /// Forgets contacts, as after new rest values. Those that remain are new ones.
     pub fn forget(&mut self) {
         self.tracker.forget();

@@ -306,7 +306,7 @@ impl RestCapture {
         if least.is_finite() { least } else { 0.0 }
     }
 
-    /// Writes what noise the capture saw into the facts of channels of which none is known: one that
+    /// Writes what noise the capture saw for sure into the facts of channels of which none is known: one that
     /// has it no longer stands still. Readings that go to and fro between two steps may as well rest
     /// in the middle of one; those that take three have noise wherever they are.
     pub(super) fn learn(&self, facts: &mut [ChannelFacts]) {
@@ -316,7 +316,7 @@ impl RestCapture {
             let [low, high] = running.range;
             if facts.deviation.is_nan() && high - low >= 2.0 * step && step > 0.0 {
                 *facts = ChannelFacts {
-                    deviation: running.deviation(),
+                    deviation: running.deviation() * surely(running.count),
                     resolution: step,
                     quietest: true,
                     ..*facts
@@ -482,6 +482,16 @@ fn doubt(count: f64) -> f64 {
     let freedom = count - 1.0;
     let normal = TOUCHED * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
     (freedom * (normal * normal / freedom).exp_m1()).sqrt() / TOUCHED
+}
+
+/// Share of the deviation of `count` readings that normal noise has at least, but for one chance in 10⁹: the
+/// root of the degrees of freedom over that quantile of χ², by Wilson and Hilferty's approximation (1931, PNAS
+/// 17, 684).
+fn surely(count: f64) -> f64 {
+    // The normal quantile of the same chance.
+    const QUANTILE: f64 = 5.998;
+    let spread = 2.0 / (9.0 * (count - 1.0).max(1.0));
+    (1.0 - spread + QUANTILE * spread.sqrt()).powf(-1.5)
 }
 
 impl Running {

@@ -68,7 +68,7 @@ impl TouchSession {
         let capturing = self.estimator.capturing();
         let (_, captured) = self.estimator.push(frame)?;
         if captured == Some(Ok(())) {
-            self.observer.know(self.estimator.channels());
+            self.observer.set_facts(self.estimator.channels());
         }
         // Training looks at the estimates of a rest capture; whoever else does, sees no force.
         if !self.estimator.touch().zero_known {
