@@ -35,14 +35,17 @@ const FAST: [&str; 4] = ["--speed", "max", "--frames", "400"];
 #[test]
 fn the_recordings_of_a_session_have_one_clock() {
     let folder = Folder::new("recording-session");
-    let (session, record) = (folder.path("hands.toml"), folder.path("hands.mcap"));
+    let session = folder.path("hands.toml");
     let sensor = |name: &str| format!("[[sensor]]\nfile = \"{name}\"\nsource = \"sim:\"\n");
     let text = format!(
-        "schema = 1\nrecord = \"{record}\"\n{}{}",
-        sensor("in-plane-50um"),
+        "schema = 1\nrecord = \"hands.mcap\"\n{}{}",
+        sensor("own.toml"),
         sensor(SENSOR)
     );
     fs::write(&session, text).unwrap();
+    // Paths are relative to the folder of the session file.
+    let shipped = taxel::sensor::Sensor::shipped_text("in-plane-50um").unwrap();
+    fs::write(folder.path("own.toml"), shipped).unwrap();
     let now = || SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
     let begun = now();
     done(&[

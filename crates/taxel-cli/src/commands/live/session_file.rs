@@ -9,8 +9,11 @@ use taxel::toml_input;
 use crate::arguments::Live;
 use crate::{Stop, files};
 
-/// Sensors that run side by side, and one name for their recordings. Paths are those of the command
-/// line: relative to the folder that the program runs in.
+/// A source that is a file.
+const REPLAY: &str = "replay:";
+
+/// Sensors that run side by side, and one name for their recordings. Paths are relative to the folder
+/// of the file.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SessionFile {
@@ -48,13 +51,23 @@ pub(super) fn each(path: &Path, arguments: &Live) -> Result<Vec<Live>, Stop> {
     if session.sensor.is_empty() {
         return Err(wrong("sensor", "no sensor", "add a table [[sensor]]"));
     }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    // A name without an extension is one of those that the program has.
+    let beside = |path: PathBuf| match path.extension() {
+        Some(_) => folder.join(path),
+        None => path,
+    };
+    let record = session.record.map(|path| folder.join(path));
     let one = |sensor: SessionSensor| {
         let mut one = arguments.clone();
-        one.named_sensor = Some(sensor.file);
-        one.source = sensor.source;
-        one.link.board = sensor.board;
-        one.calibration = sensor.calibration;
-        one.recording.record = one.recording.record.or_else(|| session.record.clone());
+        one.named_sensor = Some(beside(sensor.file));
+        one.source = match sensor.source.strip_prefix(REPLAY) {
+            Some(file) => format!("{REPLAY}{}", folder.join(file).display()),
+            None => sensor.source,
+        };
+        one.link.board = sensor.board.map(beside);
+        one.calibration = sensor.calibration.map(beside);
+        one.recording.record = one.recording.record.or_else(|| record.clone());
         one
     };
     Ok(session.sensor.into_iter().map(one).collect())
