@@ -62,7 +62,7 @@ pub(super) fn each(path: &Path, arguments: &Live) -> Result<Vec<Live>, Stop> {
         let mut one = arguments.clone();
         one.named_sensor = Some(beside(sensor.file));
         one.source = match sensor.source.strip_prefix(REPLAY) {
-            Some(file) => format!("{REPLAY}{}", folder.join(file).display()),
+            Some(file) => format!("{REPLAY}{}", folder.join(file).to_string_lossy()),
             None => sensor.source,
         };
         one.link.board = sensor.board.map(beside);
