@@ -838,8 +838,7 @@ fn a_fast_drift_is_followed_in_short_pauses() {
             for span in &spans {
                 assert!(span.found + 1 >= span.touches, "{span:?}");
                 assert!(span.without as f64 <= 0.001 * span.frames, "{span:?}");
-                // Of frames unlike training nothing is said: none of a span may be left.
-                assert!(span.held >= 0.93 * span.frames, "{span:?}");
+                assert!(span.held / span.frames > 0.93, "{span:?}");
             }
         }
     }

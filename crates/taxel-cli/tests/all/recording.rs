@@ -531,15 +531,14 @@ fn damaged_recordings_are_inspected_repaired_and_cut() {
     assert!(
         refused(&["recording", "cut", &file, "--from", "5", "-o", &part]).contains("with its unit")
     );
-    // A file that is none is refused by name.
-    let none = folder.path("a.txt");
+    // A file that is none is refused by name; a table can be looked at, and is none to repair.
+    let [none, csv] = ["a.txt", "a.csv"].map(|name| folder.path(name));
     fs::write(&none, "no numbers here\n").unwrap();
-    for command in [
-        &["recording", "inspect", &none][..],
-        &["recording", "repair", &none, "-o", &folder.path("y.mcap")],
-    ] {
-        let message = refused(command);
-        assert!(message.contains("a.txt"), "{message}");
+    fs::write(&csv, "time [s],r0c0 [kPa]\n0,1\n").unwrap();
+    assert!(refused(&["recording", "inspect", &none]).contains("is no recording"));
+    for file in [&none, &csv] {
+        let repair = ["recording", "repair", file, "-o", &folder.path("y.mcap")];
+        assert!(refused(&repair).contains("is no recording"));
     }
     assert!(!Path::new(&folder.path("y.mcap")).exists());
 }

@@ -156,11 +156,12 @@ impl Found {
         }
     }
 
-    /// How much the force says: of what is beyond training no more than a bound is known.
+    /// How much the force says: of what is beyond training no more than a bound is known. A frame that is only
+    /// farther from those of training, as of a body that has crept longer, has a deviation that holds.
     fn certainty(&self) -> Certainty {
         match self.state() {
             State::OutOfRange if self.least => Certainty::AtLeast,
-            State::OutOfRange => Certainty::Unknown,
+            State::OutOfRange if self.beyond => Certainty::Unknown,
             _ => Certainty::Exact,
         }
     }
