@@ -1,9 +1,10 @@
-//! The live service under load: 1000 frames/s of the 8 x 8 array to four
-//! WebSocket clients, one of which never reads. Ends with 1 when a frame was
-//! lost at the source or the memory of the service grew.
+//! The live service under load: 1000 frames/s of the 256 channels of the 8 x 8 array to its recorder
+//! and to four WebSocket clients, one of which never reads. Ends with 1 when a frame was lost at the
+//! source, a message of the recording at the disk, or the memory of the service grew.
 //!
-//! `live_load --seconds N` (default 60) starts itself as the service, so that
-//! its memory is measured without the clients'.
+//!     cargo run --release --bin live_load -- --seconds 60
+//!
+//! It starts itself as the service, so that its memory is measured without the clients'.
 
 use std::error::Error;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -16,7 +17,8 @@ use taxel::acquisition::{Stimulus, Twin};
 use taxel::sensor::Sensor;
 use taxel_bench::figure;
 use taxel_serve::{
-    Latencies, Marks, Provenance, PumpOptions, Session, Source, TwinSource, run_with_page,
+    Latencies, Marks, Provenance, PumpOptions, RecordFile, RecordTo, Session, Source, TwinSource,
+    WhenRecordingFails, run_with_page,
 };
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::Command;
@@ -74,11 +76,20 @@ fn serve(frames: u64) -> Result<bool, Failed> {
     if source.stream().period != Some(1.0 / RATE as f64) {
         return Err("the shipped sensor file has changed: its rate was not replaced".into());
     }
+    let path = std::env::temp_dir().join(format!("live_load-{}.mcap", std::process::id()));
     let session = Session {
         touch: sensor.device()?.session(source.stream())?,
         source: Box::new(source),
         options: PumpOptions {
             frames: Some(frames),
+            record: Some(RecordTo::File(Box::new(RecordFile {
+                path: path.clone(),
+                library: "live_load".into(),
+                attachments: Vec::new(),
+                metadata: Vec::new(),
+                when_failing: WhenRecordingFails::GoOn,
+                told: |message| eprintln!("{message}"),
+            }))),
             ..PumpOptions::default()
         },
         provenance: Provenance::default(),
@@ -95,7 +106,14 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         return Err(failure.into());
     }
     let counts = &summary.continuity;
+    let recording = summary.recording.ok_or("nothing was recorded")?;
+    std::fs::remove_file(&path)?;
+    if let Some(failure) = recording.failure {
+        return Err(failure.into());
+    }
     let report = json!({
+        "recorded": recording.messages,
+        "recording_lost": recording.lost,
         "accepted": counts.accepted,
         "lost": counts.lost,
         "late": counts.late,
@@ -216,6 +234,11 @@ fn print(report: &Value, frames: u64, clients: &[Client], memory: [f64; 2]) -> b
         count("late"),
         count("duplicate"),
     );
+    println!(
+        "recorder {} messages; lost {}",
+        count("recorded"),
+        count("recording_lost")
+    );
     println!("latency, us                     p50      p90      p99    p99.9  largest");
     let row = |name: &str, values: [f64; 5]| {
         print!("{name:<26}");
@@ -261,8 +284,10 @@ fn print(report: &Value, frames: u64, clients: &[Client], memory: [f64; 2]) -> b
     }
     let kept_up = (rate / RATE as f64 - 1.0).abs() < 0.01;
     let complete = count("accepted") == frames && count("lost") == 0;
+    let recorded = count("recording_lost") == 0;
     for (failed, text) in [
         (!complete, "frames were LOST at the source"),
+        (!recorded, "messages were LOST in the recording"),
         (!kept_up, "the estimator did NOT keep up with the source"),
         (growth > MOST_GROWTH, "the memory GREW"),
     ] {
@@ -270,5 +295,5 @@ fn print(report: &Value, frames: u64, clients: &[Client], memory: [f64; 2]) -> b
             println!("{text}");
         }
     }
-    complete && kept_up && growth <= MOST_GROWTH
+    complete && recorded && kept_up && growth <= MOST_GROWTH
 }

@@ -318,8 +318,20 @@ fn about(
     }
     match &conversion.missing[..] {
         [] => {}
-        [one] => add("missing", format!("{one:?}")),
-        several => add("missing", format!("{several:?}")),
+        several => {
+            let written = |[low, high]: &[f64; 2]| {
+                if low == high {
+                    format!("{low:?}")
+                } else {
+                    format!("[{low:?},{high:?}]")
+                }
+            };
+            let written: Vec<String> = several.iter().map(written).collect();
+            match &written[..] {
+                [one] if !one.starts_with('[') => add("missing", one.clone()),
+                _ => add("missing", format!("[{}]", written.join(", "))),
+            }
+        }
     }
     if let Some([low, high]) = conversion.range {
         add("range", format!("[{},{}]", in_unit(low), in_unit(high)));

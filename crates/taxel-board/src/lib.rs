@@ -28,10 +28,11 @@ mod wire;
 mod wiring;
 
 pub use board::{
-    Amount, Board, BoardFile, BuiltIn, Carrier, Check, Class, Cobs, Counted, Decimal, Detection,
-    Digits, Empty, Field, Fixed, FrameEnd, Framing, Id, Is, Length, Lines, Link, Marked, Message,
-    MessageFrame, Messages, Missing, Missings, Network, Order, Packet, Poll, SCHEMA_VERSION,
-    Serial, Stuffed, Texts, Type, Usb, UsbName, ValueOfBoard, Whole, Wholes,
+    Amount, Board, BoardFile, BuiltIn, Carrier, Check, Class, Cobs, Counted, CountedBySequence,
+    Decimal, Detection, Digits, Empty, Field, Fixed, FrameEnd, Framing, Id, Is, Length, Lines,
+    Link, Marked, Message, MessageFrame, Messages, Missing, Missings, Network, Order, Packet, Poll,
+    Pressed, SCHEMA_VERSION, Samples, Serial, Stamped, Stuffed, Texts, Type, Usb, UsbName,
+    ValueOfBoard, Whole, Wholes,
 };
 pub use check::CheckKind;
 pub use clock::{ClockEvent, DeviceClockMap, HostTime};

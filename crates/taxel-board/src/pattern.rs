@@ -50,6 +50,16 @@ impl BytePattern {
         self.0.iter().map(|[low, _]| *low)
     }
 
+    /// True if one begins as the other.
+    pub(crate) fn agrees(&self, other: &Self) -> bool {
+        self.0.iter().zip(&other.0).all(|(own, other)| own == other)
+    }
+
+    /// True if it says which byte stands at this place.
+    pub(crate) fn is_known(&self, place: usize) -> bool {
+        self.0.get(place).is_some_and(|[low, high]| low == high)
+    }
+
     /// Probability that random bytes fit.
     pub fn chance(&self) -> f64 {
         self.0

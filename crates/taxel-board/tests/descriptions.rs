@@ -351,9 +351,9 @@ const MISTAKES: [(&str, usize, &str); 28] = [
         "no message is described",
     ),
     (
-        "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 0x713\nfields = [{ is = \"value\", name = \"c{1..5}\", type = \"u16\" }]",
+        "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 0x713\nfields = [{ is = \"value\", name = \"c{1..33}\", type = \"u16\" }]",
         6,
-        "at most 8",
+        "at most 64",
     ),
     (
         "framing.messages = { carrier = \"can\" }\n[[message]]\nid = 0x20000000\nfields = [{ is = \"value\", name = \"c\", type = \"u16\" }]",
@@ -382,8 +382,8 @@ const MISTAKES: [(&str, usize, &str); 28] = [
     ),
     (
         "framing.cobs = {}\n[[message]]\nid = 8\nfields = [{ is = \"value\", name = \"c\", type = \"u16\" }]",
-        4,
-        "only the framing `messages`",
+        5,
+        "told apart by marks",
     ),
 ];
 

@@ -177,3 +177,21 @@ fn nothing_is_claimed_of_noise_and_of_few_packets() {
         assert!(!draft.file.contains("check = {"), "{}", draft.file);
     }
 }
+
+/// Rows between blank lines, and a check with a byte behind it.
+#[test]
+fn rows_and_a_byte_behind_the_check_are_drafted() {
+    let rows =
+        "framing.lines = { rows = 4 }\npacket.fields = [{ is = \"value\", name = \"c{0..7}\" }]";
+    let behind = "framing.fixed = { length = 23, head = \"05\" }\npacket = { fields = [{ is = \"value\", name = \"f{1..10}\", type = \"u16\" }, { is = \"check\" }, { is = \"skip\", bytes = 1 }], check = { kind = \"CRC-8/SMBUS\" } }";
+    for (description, words, values) in [(rows, "rows = 4", 32), (behind, "CRC-8/SMBUS", 10)] {
+        let board = common::board(description);
+        let wire = two_seconds(&board, 5);
+        let found = draft(&wire, None).unwrap_or_else(|tried| panic!("{tried:?}"));
+        assert!(found.file.contains(words), "{}", found.file);
+        let count = frames(&found.file, &wire).len();
+        assert!((195..=201).contains(&count), "{count}\n{}", found.file);
+        let drafted = Board::parse("draft", &found.file).map(|board| board.values().len());
+        assert_eq!(drafted.ok(), Some(values), "{}", found.file);
+    }
+}

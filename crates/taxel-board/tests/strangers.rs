@@ -29,7 +29,7 @@ fn of_lines(body: &str, lines: &str) -> Result<Vec<Vec<f64>>, String> {
 }
 
 /// Each key of a field, with values that are not its default.
-const KEYS: [(&str, &[&str]); 24] = [
+const KEYS: [(&str, &[&str]); 25] = [
     ("name", &["\"other\""]),
     (
         "type",
@@ -46,12 +46,13 @@ const KEYS: [(&str, &[&str]); 24] = [
     ("shift", &["2"]),
     ("invert_from", &["100"]),
     ("range", &["[0, 50]"]),
-    ("missing", &["77", "\"over\""]),
+    ("missing", &["77", "[[70, 90], 5]", "\"over\""]),
     ("good", &["1"]),
     ("bits", &["{ hot = 1 }"]),
     ("equals", &["\"aa 07\""]),
     ("count", &["3"]),
     ("first", &["4"]),
+    ("counts", &["\"packets\""]),
     ("key", &["\"elsewhere\""]),
     ("digits", &["\"hexadecimal\""]),
     ("step", &["2"]),
@@ -472,5 +473,377 @@ fn a_clock_that_jumps_back_and_returns_is_where_it_was() -> Outcome {
     }
     let counts = decoder.counts();
     assert!(counts.wrong_time + counts.restarts > 0, "{counts:?}");
+    Ok(())
+}
+
+/// Frames through the encoder and back: the same values, none lost.
+fn there_and_back(board: &Board, frames: u64) -> Result<Vec<u8>, String> {
+    let values = board.values().len();
+    let mut encoder = Encoder::new(board);
+    let (mut wire, mut sent) = (Vec::new(), Vec::new());
+    for n in 0..frames {
+        let values = (0..values as u64).map(|value| ((7 * n + 3 * value) % 100) as f64);
+        sent.push(values.collect::<Vec<_>>());
+        let frame = Frame {
+            sequence: n,
+            time_ns: n * 10_000_000,
+            values: sent[n as usize].clone(),
+            ..Frame::default()
+        };
+        encoder.encode(&frame, &mut wire);
+    }
+    let (back, decoder) = decoded(board, &wire);
+    let counts = decoder.counts();
+    if !counts.is_clean() || counts.duplicate + counts.late + counts.restarts > 0 {
+        return Err(format!("{counts:?}"));
+    }
+    let back: Vec<Vec<f64>> = back.into_iter().map(|frame| frame.values).collect();
+    if back != sent {
+        return Err(format!("{} frames of {} came back", back.len(), sent.len()));
+    }
+    Ok(wire)
+}
+
+/// What `missing` says may be numbers, and all from one to another: the ends of a converter.
+#[test]
+fn ends_of_the_range_may_be_missing() -> Outcome {
+    let missing = "missing = [[4090, 4095], [0, 2], 77]";
+    let lines = format!(
+        "framing.lines = {{}}\npacket.fields = [{{ is = \"value\", name = \"a\", {missing} }}]"
+    );
+    let found = of_lines(&lines, "4090\n4095\n4089\n0\n2\n3\n77\n78\n")?;
+    let is_missing: Vec<bool> = found.iter().map(|values| values[0].is_nan()).collect();
+    let expected = [true, true, false, true, true, false, true, false];
+    assert_eq!(is_missing, expected);
+    let bytes = board(&format!(
+        "framing.cobs = {{}}\npacket.fields = [{{ is = \"value\", name = \"a\", type = \"u16\", {missing} }}]"
+    ))?;
+    // COBS of 0x0fff and 0x0102, little-endian.
+    let (frames, _) = decoded(&bytes, &[3, 0xff, 0x0f, 0, 3, 2, 1, 0]);
+    assert!(frames[0].values[0].is_nan() && frames[1].values[0] == 258.0);
+    for (wrong, word) in [
+        ("[[9, 3]]", "no stretch"),
+        ("[[70000, 80000]]", "never comes"),
+    ] {
+        let message = board(&format!(
+            "framing.cobs = {{}}\npacket.fields = [{{ is = \"value\", name = \"a\", type = \"u16\", missing = {wrong} }}]"
+        ));
+        let message = message.err().unwrap_or_default();
+        assert!(
+            message.contains(word) && message.contains("missing"),
+            "{message}"
+        );
+    }
+    Ok(())
+}
+
+/// Numbers in halves of seven bits: high half first behind a byte with the highest bit, as
+/// amplifiers of muscles send them, and low half first, as MIDI does.
+#[test]
+fn values_come_in_halves_of_seven_bits() -> Outcome {
+    let high_first = board(
+        "framing.fixed = { length = 4, head = \"80-ff 00-7f 00-7f 00-7f\" }\npacket = { order = \"big\", fields = [{ is = \"value\", name = \"c{1..2}\", type = \"sevens(2)\", at = 0 }] }",
+    )?;
+    // 0x87 0x7f is 7 x 128 + 127. Behind a packet that lost two bytes the one before it is not
+    // believed either: only the head of the next shows that none is missing.
+    let packets: [&[u8]; 5] = [
+        &[0x87, 0x7f, 0x03, 0x01],
+        &[0x87, 0x7f, 0x03, 0x01],
+        &[0x80, 0x05],
+        &[0x83, 0x00, 0x01, 0x02],
+        &[0x80, 0, 0, 0],
+    ];
+    let (frames, decoder) = decoded(&high_first, &packets.concat());
+    let values: Vec<_> = frames.iter().map(|frame| frame.values.clone()).collect();
+    assert_eq!(values, [[1023.0, 385.0], [384.0, 130.0], [0.0, 0.0]]);
+    assert_eq!(decoder.counts().damaged, 2);
+    there_and_back(&high_first, 300)?;
+    let midi = board(
+        "framing.marked = { head = \"f0 7d\", tail = \"f7\" }\npacket.fields = [{ is = \"value\", name = \"c1..c3\", type = \"sevens(2)\" }]",
+    )?;
+    let (frames, _) = decoded(&midi, &[0xf0, 0x7d, 0x7f, 0x7f, 1, 0, 0, 1, 0xf7]);
+    assert_eq!(frames[0].values, [16383.0, 1.0, 128.0]);
+    there_and_back(&midi, 300)?;
+    Ok(())
+}
+
+/// Blocks of a mat: the index of the first reading, and a number for each packet.
+fn blocks(more: &str) -> Result<Board, String> {
+    board(&format!(
+        "rate = \"100 Hz\"\nframing.cobs = {{}}\npacket = {{ fields = [{{ is = \"address\", type = \"u16\", count = 4, step = 30 }}, {{ is = \"sequence\", type = \"u16\"{more} }}, {{ is = \"value\", name = \"p{{0..29}}\", type = \"u16\" }}], check = {{ kind = \"CRC-16/ARC\" }} }}"
+    ))
+}
+
+#[test]
+fn blocks_with_a_number_for_each_packet_make_frames() -> Outcome {
+    let stated = blocks(", counts = \"packets\"")?;
+    assert_eq!(stated.values()[31].name, "p1.30");
+    // 20 000 frames of four packets pass the end of the counter once.
+    let wire = there_and_back(&stated, 20_000)?;
+    // A packet that is lost costs its frame and no other.
+    let packets: Vec<&[u8]> = wire.split_inclusive(|byte| *byte == 0).collect();
+    let cut: Vec<u8> = [&packets[..42], &packets[43..400]].concat().concat();
+    let (frames, decoder) = decoded(&stated, &cut);
+    let counts = decoder.counts();
+    assert_eq!(
+        (frames.len(), counts.lost, counts.incomplete),
+        (99, Some(1), 1)
+    );
+    // Without the key no frame is whole, and the reason is said.
+    let (frames, decoder) = decoded(&blocks("")?, &wire);
+    assert!(frames.is_empty());
+    let remark = decoder.remark().unwrap_or_default();
+    assert!(remark.contains("counts = \"packets\""), "{remark}");
+    // The same where addresses never come.
+    let few: Vec<u8> = packets
+        .iter()
+        .enumerate()
+        .filter(|(n, _)| n % 4 < 2)
+        .flat_map(|(_, bytes)| *bytes)
+        .copied()
+        .collect();
+    let (_, decoder) = decoded(&stated, &few);
+    let remark = decoder.remark().unwrap_or_default();
+    assert!(remark.contains("0, 30 came, 60, 90 never"), "{remark}");
+    Ok(())
+}
+
+/// One line a row, which says which row it is.
+#[test]
+fn lines_with_an_address_make_frames() -> Outcome {
+    let body = "framing.lines.template = \"R{address}: {value c0..c2}\"\npacket.fields = [{ is = \"address\", count = 2 }]";
+    let found = of_lines(
+        body,
+        "R1: 9 9 9\nR0: 1 2 3\nR1: 4 5 6\nR0: 7 8 9\nR2: 0 0 0\nR1: 1 1 1\n",
+    )?;
+    assert_eq!(
+        found,
+        [
+            [1.0, 2.0, 3.0, 9.0, 9.0, 9.0],
+            [7.0, 8.0, 9.0, 4.0, 5.0, 6.0]
+        ]
+    );
+    let fields = "rate = \"100 Hz\"\nframing.lines = {}\npacket.fields = [{ is = \"address\", count = 8, first = 16, step = 16, digits = \"hexadecimal\", type = \"u8\" }, { is = \"sequence\" }, { is = \"value\", name = \"c{0..3}\" }]";
+    let rows = board(fields)?;
+    let wire = there_and_back(&rows, 100)?;
+    assert!(
+        wire.starts_with(b"10 0 0 3 6 9\r\n20 0 "),
+        "{:?}",
+        String::from_utf8_lossy(&wire[..40])
+    );
+    there_and_back(
+        &board(&fields.replace("\"sequence\"", "\"sequence\", counts = \"packets\""))?,
+        100,
+    )?;
+    let message = board("framing.lines.template = \"{address} {value a}\"");
+    assert!(message.err().unwrap_or_default().contains("how many lines"));
+    Ok(())
+}
+
+/// Several frames in one packet: between number and check their values stand one behind the other.
+#[test]
+fn a_packet_may_hold_several_frames() -> Outcome {
+    let body = |stamp: &str| {
+        format!(
+            "framing.fixed = {{ length = 25, head = \"aa 55\" }}\n[packet]\nfields = [{{ is = \"sequence\", type = \"u8\" }}, {{ is = \"time\", type = \"u32\", unit = \"us\" }}, {{ is = \"value\", name = \"c{{1..2}}\", type = \"u16\" }}, {{ is = \"skip\", bytes = 1 }}, {{ is = \"value\", name = \"d\", type = \"u8\" }}, {{ is = \"status\", type = \"u8\" }}]\nsamples = {{ count = 2, every = \"10 ms\"{stamp} }}\ncheck = {{ kind = \"sum8\", at = 20 }}"
+        )
+        .replace("length = 25", "length = 21")
+    };
+    for (stamp, times) in [
+        ("", [0, 10, 20, 30]),
+        (", stamp = \"first\"", [0, 10, 20, 30]),
+    ] {
+        let board = board(&body(stamp))?;
+        assert_eq!(board.values().len(), 3);
+        let wire = there_and_back(&board, 2000)?;
+        assert_eq!(wire.len(), 1000 * 21);
+        let (frames, decoder) = decoded(&board, &wire);
+        let found: Vec<u64> = frames
+            .iter()
+            .take(4)
+            .map(|frame| frame.time_ns / 1_000_000)
+            .collect();
+        assert_eq!(found, times, "{stamp}");
+        assert_eq!(decoder.remark(), None);
+        // One packet less is two frames less.
+        let cut = [&wire[..210], &wire[231..]].concat();
+        let (frames, decoder) = decoded(&board, &cut);
+        assert_eq!(
+            (frames.len(), decoder.counts().lost),
+            (1998, Some(2)),
+            "{stamp}"
+        );
+        assert_eq!(
+            (frames[20].sequence, frames[20].time_ns),
+            (22, 220_000_000),
+            "{stamp}"
+        );
+    }
+    Ok(())
+}
+
+/// The list of a JSON message, as amplifiers with WiFi send it: each entry with its own number, or
+/// all with the time of the message.
+#[test]
+fn a_json_message_may_hold_a_list_of_frames() -> Outcome {
+    let own = "framing.messages.carrier = \"json\"\n[[message]]\nsamples = { key = \"chunk\", every = \"4 ms\" }\nfields = [{ is = \"sequence\", key = \"sampleNumber\" }, { is = \"time\", key = \"timestamp\", unit = \"ms\" }, { is = \"value\", key = \"data\", name = \"c1..c2\" }]";
+    let entry = |n: u64| {
+        format!(
+            "{{\"timestamp\":{},\"data\":[{n},{}],\"sampleNumber\":{n}}}",
+            4 * n,
+            10 * n
+        )
+    };
+    let chunk = |range: std::ops::Range<u64>| {
+        let entries: Vec<String> = range.map(entry).collect();
+        format!("{{\"chunk\":[{}],\"count\":3}}\r\n", entries.join(","))
+    };
+    let wire = [chunk(0..3), chunk(3..7), chunk(7..8), chunk(9..12)].concat();
+    let (frames, decoder) = decoded(&board(own)?, wire.as_bytes());
+    assert_eq!((frames.len(), decoder.counts().lost), (11, Some(1)));
+    assert_eq!(
+        (frames[10].values[1], frames[10].time_ns),
+        (110.0, 44_000_000)
+    );
+    there_and_back(&board(own)?, 100)?;
+    let shared = "framing.messages.carrier = \"json\"\n[[message]]\nsamples = { key = \"s\", count = 2, every = \"5 ms\" }\nfields = [{ is = \"sequence\", key = \"n\" }, { is = \"time\", key = \"t\", unit = \"ms\" }, { is = \"value\", key = \"\", name = \"c1..c2\" }]";
+    let wire: Vec<String> = (0..50)
+        .map(|n| {
+            format!(
+                "{{\"n\":{n},\"t\":{},\"s\":[[{n},1],[{n},2]]}}\n",
+                10 * n + 5
+            )
+        })
+        .collect();
+    let (frames, decoder) = decoded(&board(shared)?, wire.concat().as_bytes());
+    assert_eq!((frames.len(), decoder.counts().lost), (100, Some(0)));
+    assert!(
+        frames
+            .windows(2)
+            .all(|pair| pair[1].time_ns - pair[0].time_ns == 5_000_000)
+    );
+    Ok(())
+}
+
+/// Packets of different length in one framing: blocks of a mat whose last is shorter.
+#[test]
+fn packets_of_several_kinds_make_a_frame() -> Outcome {
+    let check = "check = { kind = \"CRC-16/ARC\" }";
+    let messages = format!(
+        "[[message]]\nfields = [{{ is = \"address\", type = \"u16\", count = 2, step = 20 }}, {{ is = \"sequence\", type = \"u16\", counts = \"packets\" }}, {{ is = \"value\", name = \"p{{0..19}}\", type = \"u16\" }}]\n{check}\n[[message]]\nfields = [{{ is = \"mark\", equals = \"28 00\" }}, {{ is = \"sequence\", type = \"u16\", counts = \"packets\" }}, {{ is = \"value\", name = \"q{{0..7}}\", type = \"u16\" }}]\n{check}\n"
+    );
+    for framing in [
+        "framing.cobs = {}",
+        "framing.slip = {}",
+        "framing.marked = { head = \"55 aa\", tail = \"0d 0a\" }",
+        "framing.length = { head = \"55 aa\", at = 2, type = \"u8\", counts = \"rest\" }",
+    ] {
+        let messages = if framing.contains("length") {
+            messages.replace("fields = [", "fields = [{ is = \"skip\", bytes = 1 }, ")
+        } else {
+            messages.clone()
+        };
+        let board = board(&format!("rate = \"100 Hz\"\n{framing}\n{messages}"))?;
+        assert_eq!(board.values().len(), 48);
+        let wire = there_and_back(&board, 500).map_err(|error| format!("{framing}: {error}"))?;
+        // A byte that is wrong costs its frame.
+        let mut damaged = wire.clone();
+        let middle = damaged.len() / 2;
+        damaged[middle] ^= 0x10;
+        let (frames, decoder) = decoded(&board, &damaged);
+        assert_eq!(frames.len(), 499, "{framing}");
+        assert_eq!(decoder.counts().lost, Some(1), "{framing}");
+    }
+    let alike = "framing.cobs = {}\n[[message]]\nfields = [{ is = \"value\", name = \"a\", type = \"u8\" }]\n[[message]]\nfields = [{ is = \"value\", name = \"b\", type = \"u8\" }]\n";
+    let message = board(alike).err().unwrap_or_default();
+    assert!(
+        message.contains("nothing tells it from another"),
+        "{message}"
+    );
+    Ok(())
+}
+
+/// Keys of several frames in one packet are refused where they say nothing.
+#[test]
+fn samples_are_refused_where_they_say_nothing() {
+    let value = "{ is = \"value\", name = \"a\", type = \"u8\" }";
+    let (cobs, every) = ("framing.cobs = {}\npacket", "every = \"1 ms\"");
+    for (framing, samples, word) in [
+        (cobs, "every = \"1 ms\"", "how many"),
+        (cobs, "count = 3", "how far apart"),
+        (cobs, "count = 3, key = \"x\", every = \"1 ms\"", "no keys"),
+        (cobs, "count = 3000, every = \"1 ms\"", "out of range"),
+        (
+            "framing.lines = {}\npacket",
+            "count = 3, every = \"1 ms\"",
+            "each line",
+        ),
+        (
+            "framing.messages.carrier = \"can\"\npacket",
+            every,
+            "JSON message",
+        ),
+    ] {
+        let body = format!("{framing} = {{ fields = [{value}], samples = {{ {samples} }} }}");
+        let message = board(&body).err().unwrap_or_default();
+        assert!(message.contains(word), "{body}: {message}");
+    }
+}
+
+/// One line a row without a number, and a blank line between two frames.
+#[test]
+fn rows_between_blank_lines_make_frames() -> Outcome {
+    let body =
+        "framing.lines = { rows = 2 }\npacket.fields = [{ is = \"value\", name = \"c0..c1\" }]";
+    // The third frame has a row too few, the fourth one too many, the fifth a row that is none.
+    let lines =
+        "1\t2\t\r\n3\t4\t\r\n\r\n5 6\n7 8\n\n1 1\n\n2 2\n3 3\n4 4\n\n5 5\nready\n6 6\n\n7 7\n8 8\n";
+    let (frames, decoder) = decoded(&board(body)?, lines.as_bytes());
+    let values: Vec<_> = frames.iter().map(|frame| frame.values.clone()).collect();
+    let all = [
+        [1.0, 2.0, 3.0, 4.0],
+        [5.0, 6.0, 7.0, 8.0],
+        [2.0, 2.0, 3.0, 3.0],
+        [7.0, 7.0, 8.0, 8.0],
+    ];
+    assert_eq!(values, all);
+    let counts = decoder.counts();
+    assert_eq!((counts.incomplete, counts.other), (2, 3), "{counts:?}");
+    there_and_back(&board(body)?, 100)?;
+    let both = "framing.lines = { rows = 2 }\npacket.fields = [{ is = \"address\", count = 2 }, { is = \"value\", name = \"a\" }]";
+    assert!(
+        board(both)
+            .err()
+            .unwrap_or_default()
+            .contains("without an address")
+    );
+    Ok(())
+}
+
+/// What published firmware of gloves and mats sends, one packet or line each with its values.
+#[test]
+fn published_firmware_is_read() -> Outcome {
+    let glove = "framing.marked = { head = \"f0 01 0b\", tail = \"f7\" }\npacket.fields = [{ is = \"value\", name = \"{thumb,index,middle,ring,pinky}.{1,2}\", type = \"u8\", range = [0, 127] }, { is = \"value\", name = \"battery\", type = \"u8\" }]";
+    let wire = [0xf0, 1, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 99, 0xf7];
+    let (frames, _) = decoded(&board(glove)?, &wire);
+    assert_eq!(frames[0].values[9..], [10.0, 99.0]);
+    let start_and_end = "framing.length = { head = \"53 01\", at = 2, type = \"u8\", counts = \"all\" }\npacket = { order = \"big\", fields = [{ is = \"skip\", bytes = 1 }, { is = \"value\", name = \"f{1..5}\", type = \"u16\" }, { is = \"mark\", equals = \"45\" }] }";
+    let wire = [0x53, 1, 14, 1, 0, 0, 2, 3, 4, 0, 5, 0xff, 0xff, 0x45];
+    let (frames, _) = decoded(&board(start_and_end)?, &[wire, wire].concat());
+    assert_eq!(frames[1].values, [256.0, 2.0, 772.0, 5.0, 65535.0]);
+    let nested = "framing.messages.carrier = \"json\"\n[[message]]\nfields = [{ is = \"value\", key = \"e/x\", name = \"ex\" }, { is = \"value\", key = \"l/x\", name = \"lx\" }, { is = \"value\", key = \"mf\", name = \"mf\" }]";
+    let found = of_lines(
+        nested,
+        "{\"e\":{\"x\":1.5,\"y\":2},\"l\":{\"x\":-3},\"mf\":512}\n",
+    )?;
+    assert_eq!(found, [[1.5, -3.0, 512.0]]);
+    let matrix = "framing.lines.template = \"{value c0..c209}\"";
+    let line = (0..210)
+        .map(|n| n.to_string())
+        .collect::<Vec<_>>()
+        .join(" ");
+    assert_eq!(of_lines(matrix, &format!("{line} \r\n"))?[0][209], 209.0);
+    let named = "framing.marked = { head = \"44 41 54 41\", tail = \"43 59 4e 0a\" }\npacket.fields = [{ is = \"value\", name = \"f{1..2}\", type = \"i16\" }, { is = \"value\", name = \"q{1..2}\", type = \"f32\" }, { is = \"skip\", bytes = 2 }]";
+    there_and_back(&board(named)?, 200)?;
     Ok(())
 }

@@ -6,7 +6,8 @@
 mod tables;
 
 use taxel::estimation::{
-    ArrayEstimator, Certainty, ChannelState, FrameError, State, TouchEvent, TouchEventKind, Why,
+    ArrayEstimator, Certainty, ChannelState, FrameError, State, Touch, TouchEvent, TouchEventKind,
+    Why,
 };
 use taxel::sensor::Sensor;
 use taxel_calibrate::{
@@ -272,9 +273,9 @@ fn what_is_empty_is_followed_and_what_presses_is_not() {
                 values: values.iter().map(|value| value + DRIFT * time).collect(),
                 ..Frame::default()
             };
-            let touch = estimator.push(&frame).unwrap().0;
-            let found = touch.pressing_force().unwrap();
-            errors.push([found[0] - force, found[1]]);
+            // Beyond training nothing is said.
+            let found = estimator.push(&frame).unwrap().0.pressing_force();
+            errors.extend(found.map(|[value, deviation]| [value - force, deviation]));
         }
         let tail = &errors[errors.len() - 100..];
         tail.iter().fold([0.0; 2], |sum, one| {
@@ -663,16 +664,18 @@ fn spans_of(minutes: f64, count: usize, mut body: Creeping, mut touches: Touches
             };
             sequence += 1;
             let (touch, _) = estimator.push(&frame).unwrap();
-            let [value, deviation] = touch.pressing_force().unwrap();
-            // One of which nothing is known any more is not said to be there.
-            let mut contacts = touch.contacts.iter();
-            let contact = contacts.any(|contact| contact.certainty != Certainty::Unknown);
+            // Beyond training nothing is said.
+            let [value, deviation] = touch.pressing_force().unwrap_or([f64::NAN; 2]);
+            let contact = !touch.contacts.is_empty();
             if contact && force > 0.0 && number != last {
                 (span.found, last) = (span.found + 1, number);
             }
-            span.without += u64::from(contact && force == 0.0);
+            // One of whose force nothing is known is not said to be there.
+            let mut contacts = touch.contacts.iter();
+            let said = contacts.any(|contact| contact.certainty != Certainty::Unknown);
+            span.without += u64::from(said && force == 0.0);
             // Not within a frame of a step.
-            if since > 2.0 * Creeping::STEP && sequence > 100 {
+            if since > 2.0 * Creeping::STEP && sequence > 100 && value.is_finite() {
                 span.squares += (value - force).powi(2);
                 span.deviations += deviation * deviation;
                 let held = f64::from(u8::from((value - force).abs() < 1.96 * deviation));
@@ -929,11 +932,9 @@ fn a_touch_unlike_those_of_training_is_held_or_flagged() {
                     ..Frame::default()
                 };
                 let (touch, _) = estimator.push(&frame).unwrap();
-                let [value, deviation] = touch.pressing_force().unwrap();
                 if force > 0.5 {
                     let flagged = touch.taxels[0].state != State::Ok;
-                    let held = (value - force).abs() <= 1.96 * deviation;
-                    well += f64::from(u8::from(held || flagged));
+                    well += f64::from(u8::from(holds(touch, force) || flagged));
                     frames += 1.0;
                 }
             }
@@ -950,6 +951,16 @@ fn a_touch_unlike_those_of_training_is_held_or_flagged() {
                 "{strange} {share}"
             );
         }
+    }
+}
+
+/// True if what the total says is so.
+fn holds(touch: &Touch, force: f64) -> bool {
+    let (value, deviation) = (touch.total.force[2], touch.total_deviation()[2]);
+    match touch.total_certainty {
+        Certainty::Exact => (value - force).abs() <= 1.96 * deviation,
+        Certainty::AtLeast => value - force <= 1.96 * deviation,
+        Certainty::Unknown => value.is_nan(),
     }
 }
 
@@ -971,7 +982,7 @@ fn a_force_beyond_training_is_flagged_and_held() {
     ] {
         let mut estimator = estimator(&calibrated);
         estimator.begin_rest_capture(20);
-        let (mut held, mut flagged, mut frames) = (0.0, 0.0, 0.0);
+        let (mut held, mut flagged, mut bounds, mut frames) = (0.0, 0.0, 0.0, 0.0);
         for (sequence, (time, force, mut values)) in (0..).zip(rows_up_to(peak, 1.005, 77)) {
             for (c, value) in values.iter_mut().enumerate().skip(1).step_by(2) {
                 let rest = 200.0 * c as f64;
@@ -984,16 +995,24 @@ fn a_force_beyond_training_is_flagged_and_held() {
                 ..Frame::default()
             };
             let (touch, _) = estimator.push(&frame).unwrap();
-            let [value, deviation] = touch.pressing_force().unwrap();
             let beyond = force > 1.2 * greatest || sign < 0.0 && force > 2.0;
             if beyond || peak == 1.0 && sign > 0.0 && force > 0.5 {
-                held += f64::from(u8::from((value - force).abs() <= 1.96 * deviation));
-                flagged += f64::from(u8::from(touch.taxels[0].state != State::Ok));
+                held += f64::from(u8::from(holds(touch, force)));
+                let state = touch.taxels[0].state;
+                flagged += f64::from(u8::from(state != State::Ok));
+                bounds += f64::from(u8::from(touch.total_certainty == Certainty::AtLeast));
+                // What is flagged is no exact number.
+                assert_eq!(
+                    state == State::Ok,
+                    touch.total_certainty == Certainty::Exact
+                );
                 frames += 1.0;
             }
         }
-        let [held, flagged] = [held, flagged].map(|count| count / frames);
-        println!("peak {peak}, sign {sign}: held {held:.3}, flagged {flagged:.3} of {frames}");
+        let [held, flagged, bounds] = [held, flagged, bounds].map(|count| count / frames);
+        println!(
+            "peak {peak}, sign {sign}: held {held:.3}, flagged {flagged:.3}, bounds {bounds:.3} of {frames}"
+        );
         if peak == 1.0 && sign > 0.0 {
             assert!(held > 0.9 && flagged < 0.01, "{held} {flagged}");
         } else {

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use taxel::quantity::LENGTH;
+use taxel_recording::Columns;
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{TouchTable, WhenRecordingFails};
 
@@ -508,6 +509,10 @@ pub(crate) struct Live {
     /// The one of `sources` that is meant
     #[arg(skip)]
     pub(crate) source: String,
+    /// Session file (TOML): several sensors with their sources, boards and calibrations, in place of
+    /// the arguments of each
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sensors", "sources", "calibration", "boards"])]
+    pub(crate) session: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) link: Hardware,
     /// Device seconds per second; "max" is as fast as possible
@@ -603,10 +608,8 @@ impl Live {
     pub(crate) fn of_one_sensor(&self) -> Option<&'static str> {
         [
             (self.headless, "--headless"),
-            (self.frames.is_some(), "--frames"),
             (self.save.is_some(), "--save"),
             (self.events.is_some(), "--events"),
-            (self.recording.record.is_some(), "--record"),
             (!self.outputs.out.is_empty(), "--out"),
             (self.outputs.marks.is_some(), "--marks"),
         ]
@@ -661,7 +664,8 @@ pub(crate) struct Estimate {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RecordOptions {
     /// Record all of the run to this file (.mcap): frames, touch, events, tares and the files
-    /// it was made with; whatever ends the program, no more than the last 100 ms are lost
+    /// it was made with; whatever ends the program, no more than the last 100 ms are lost. Of
+    /// several sensors each has a file (run-1.mcap, run-2.mcap), by one clock
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// End the run if the recording, or the file of --save, --events or --out, fails; without it
@@ -802,9 +806,15 @@ pub(crate) struct Maps {
     /// Show the channels as a map of raw readings, without the model of any sensor
     #[arg(long, conflicts_with = "calibration")]
     pub(crate) raw: bool,
-    /// Of a recording of several sensors: the one to play, by name or from 1 on
-    #[arg(long, value_name = "PART")]
+    /// Of a recording of several sensors, topics, streams or data sets: the one to play, by name
+    /// or from 1 on
+    #[arg(long, value_name = "PART", visible_aliases = ["topic", "stream", "dataset"])]
     pub(crate) part: Option<String>,
+    /// What the columns of a table are, or the channels of a recording of another program, by
+    /// number, name or range: "time=2[ms],value=3-18[kPa],ignore=1", sequence=, "rate=100 Hz".
+    /// What is not named is recognised, and printed
+    #[arg(long, value_name = "COLUMNS")]
+    pub(crate) columns: Option<Columns>,
     /// On a map also report steps, impacts, cyclic loads and slips of contacts
     #[arg(long)]
     pub(crate) all_events: bool,
@@ -867,6 +877,11 @@ pub(crate) enum RecordingCommand {
     ///
     /// Exit code 3 if something is missing in it.
     Repair(Repair),
+    /// Make a recording of a file of another program
+    ///
+    /// Tables, bags of ROS 1 and 2, XDF, NPY, NPZ and HDF5. What was taken for what is printed.
+    /// Exit code 3 if the file is cut.
+    Import(Import),
     /// Forces, deviations, states, contacts, events, readings and marks for other programs
     Export(Export),
     /// Write a stretch of time as a recording of its own
@@ -882,8 +897,26 @@ pub(crate) enum RecordingCommand {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Import {
+    /// File of another program, the folder of a bag, or - for a table on the standard input
+    pub(crate) file: PathBuf,
+    /// Write the frames to this file: .csv or .mcap
+    #[arg(short, long, value_name = "NEW")]
+    pub(crate) output: PathBuf,
+    /// Of a file of several topics, streams or data sets: the one to read, by name or from 1 on
+    #[arg(long, value_name = "PART", visible_aliases = ["topic", "stream", "dataset"])]
+    pub(crate) part: Option<String>,
+    /// What the columns of a table are, or the channels of a part, by number, name or range:
+    /// "time=2[ms],value=3-18[kPa],ignore=1", sequence=, "rate=100 Hz"
+    #[arg(long, value_name = "COLUMNS")]
+    pub(crate) columns: Option<Columns>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// Recording of taxel live --record
+    /// Recording of taxel live --record, or a file of another program
     pub(crate) file: PathBuf,
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]

@@ -10,7 +10,8 @@ use pyo3::types::PyDict;
 use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin as Simulation};
 use taxel::estimation::{Contact, Continuity, FrameError, TouchEvent, TouchSession};
 use taxel_files as files;
-use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _};
+use taxel_recording::{Columns, RecordingOptions};
+use taxel_serve::{Next, ReplaySource, Source as _};
 
 use crate::fault::{Fault, value_error};
 use crate::pool::{self, Request};
@@ -503,15 +504,21 @@ fn handed_over(
 
 /// The frames of a recording with what it says of them.
 #[pyfunction]
-#[pyo3(signature = (path, part = None, bare = false))]
+#[pyo3(signature = (path, part = None, bare = false, columns = None))]
 pub(crate) fn read_recording(
     py: Python<'_>,
     path: PathBuf,
     part: Option<String>,
     bare: bool,
+    columns: Option<String>,
 ) -> PyResult<Bound<'_, PyDict>> {
     let (frames, stream, parts, cut) = pool::run(py, |request| {
-        let options = ReplayOptions { bare, part };
+        let columns = columns.map(|columns| columns.parse::<Columns>().map_err(Fault::Wrong));
+        let options = RecordingOptions {
+            bare,
+            part,
+            columns: columns.transpose()?.unwrap_or_default(),
+        };
         let wrong = |error: taxel_serve::SourceError| Fault::Wrong(error.to_string());
         let mut source = ReplaySource::open(&path, &options).map_err(wrong)?;
         let mut frames: Vec<Frame> = Vec::new();

@@ -4,7 +4,7 @@
 //! are. [`Recording`] decodes frames from bytes, [`ChannelWriter`] encodes them.
 //! Nothing here opens a file, reads a clock or knows a device.
 //!
-//! Four formats are read, recognised by content and never by the name of the
+//! Five formats are read, recognised by content and never by the name of the
 //! file:
 //!
 //! | format | begins with | described in |
@@ -12,6 +12,7 @@
 //! | raw channels | `sequence,time [s],r0c0.11 [fF],...` | [`ChannelWriter`] |
 //! | Tekscan I-Scan CSV and F-Scan ASF | `DATA_TYPE MOVIE` | [`Format::Tekscan`] |
 //! | XSENSOR CSV | `File:,"C:\...XSN"` | [`Format::Xsensor`] |
+//! | tables of other programs | names of columns, or rows of numbers | [`Format::Table`], [`Columns`] |
 //! | MCAP of taxel | the bytes `89 4d 43 41 50 30 0d 0a` | [`mcap`] |
 //!
 //! A decoder holds one line and one frame, whatever the length of the file,
@@ -45,11 +46,15 @@
 
 mod check;
 pub mod export;
+pub mod foreign;
+mod foreign_format;
 mod frame;
 pub mod mcap;
 mod recording;
 
+pub use foreign_format::ForeignFormat;
 pub use frame::{Frame, FrameFlags, Quantity, SignalUnit, Stream};
 pub use recording::{
-    Change, ChannelWriter, Format, Recording, RecordingError, described_stream, description_of,
+    Change, ChannelWriter, Columns, Format, Recording, RecordingError, RecordingOptions, Taken,
+    described_stream, description_of,
 };

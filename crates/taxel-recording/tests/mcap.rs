@@ -7,12 +7,15 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Result, Write};
 
+use taxel_recording::foreign::{ForeignFile, Seekable};
 use taxel_recording::mcap::{
     Attachment, EventMessage, FrameMessage, LinkMessage, MarkMessage, McapReader, McapWriter,
     Message, Metadata, RecordingHead, RestMessage, Storage, Topic, TouchMessage, WireMessage,
     rewrite,
 };
-use taxel_recording::{Format, Frame, Recording, RecordingError, Stream, description_of};
+use taxel_recording::{
+    ForeignFormat, Format, Frame, Recording, RecordingError, Stream, description_of,
+};
 
 const START: u64 = 1_800_000_000_000_000_000;
 const CHANNELS: usize = 16;
@@ -227,7 +230,7 @@ fn frames_are_played_like_those_of_any_recording() {
 }
 
 #[test]
-fn files_of_other_programs_are_refused_by_name() {
+fn files_of_other_programs_are_known_by_kind_and_topics() {
     let mut out = Vec::new();
     let mut writer = mcap::Writer::new(Cursor::new(&mut out)).unwrap();
     let channel = writer
@@ -243,7 +246,19 @@ fn files_of_other_programs_are_refused_by_name() {
     writer.finish().unwrap();
     drop(writer);
     let error = Recording::open("a.mcap", out.as_slice()).unwrap_err();
-    assert!(error.to_string().contains("/camera"), "{error}");
+    assert!(
+        error.to_string().contains("MCAP of another program"),
+        "{error}"
+    );
+    let files: Vec<(String, Box<dyn Seekable>)> =
+        vec![("a.mcap".into(), Box::new(Cursor::new(out)))];
+    let found = ForeignFile::open("a.mcap", ForeignFormat::Mcap, files).unwrap();
+    assert_eq!(
+        (&*found.parts()[0].name, found.parts()[0].count),
+        ("/camera", 1)
+    );
+    let why = found.parts()[0].unread.as_deref();
+    assert!(why.is_some_and(|why| why.contains("json")), "{why:?}");
 }
 
 // --- What a power cut leaves -------------------------------------------------------------

@@ -6,7 +6,7 @@ use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
 use proptest::prelude::*;
-use taxel_recording::{ChannelWriter, Format, Recording, RecordingError};
+use taxel_recording::{ChannelWriter, Format, Recording, RecordingError, RecordingOptions};
 use taxel_recording::{Frame, Quantity, SignalUnit, Stream};
 
 const ISCAN: &str = include_str!("recordings/fingertip.csv");
@@ -307,7 +307,7 @@ fn xsensor_readings_have_the_peak_and_average_in_the_file() {
 #[test]
 fn rows_without_a_header_are_the_motion_of_the_stage() {
     let (run, truth) = lattice::force_run_and_truth();
-    let frames: Vec<_> = Recording::open_bare("states.csv", run.states.as_bytes())
+    let frames: Vec<_> = Recording::open_with("states.csv", run.states.as_bytes(), &bare())
         .unwrap()
         .map(Result::unwrap)
         .collect();
@@ -326,7 +326,7 @@ fn rows_without_a_header_are_the_motion_of_the_stage() {
         }
     }
     assert!(compared > lattice::FORCE_ROWS / 2);
-    let sensor = Recording::open_bare("sensor.csv", run.sensor.as_bytes()).unwrap();
+    let sensor = Recording::open_with("sensor.csv", run.sensor.as_bytes(), &bare()).unwrap();
     assert_eq!(sensor.stream().columns, 15);
     assert_eq!(sensor.count(), lattice::FORCE_ROWS);
 }
@@ -692,5 +692,13 @@ proptest! {
     #[test]
     fn any_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let _ = read_on(&bytes);
+    }
+}
+
+/// Rows without names are the channels of a device.
+fn bare() -> RecordingOptions {
+    RecordingOptions {
+        bare: true,
+        ..RecordingOptions::default()
     }
 }

@@ -10,6 +10,7 @@ use taxel::shown;
 use taxel_board::{Begin, Board, Decoder};
 
 use crate::board::wire_counts;
+use crate::clock::Epoch;
 use crate::link::{LinkError, LinkHandle, LinkState};
 use crate::source::{Next, Source, SourceError, reader};
 
@@ -47,7 +48,7 @@ impl CaptureSource {
             decoder,
             stream,
             status,
-            origin: Instant::now(),
+            origin: Epoch::of_process().at,
             read: false,
         })
     }

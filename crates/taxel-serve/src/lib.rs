@@ -23,6 +23,7 @@
 
 mod board;
 mod capture;
+mod clock;
 mod condition;
 mod connection;
 pub mod device;
@@ -44,6 +45,7 @@ mod replay;
 mod reserved;
 mod save;
 mod server;
+mod shared;
 mod source;
 mod tare;
 #[cfg(test)]
@@ -69,12 +71,15 @@ pub use record::{
 };
 pub use replay::{Reopen, Replay, ReplayCommand};
 pub use save::SaveError;
-pub use source::{Next, ReplayOptions, ReplaySource, Source, SourceError, Survey, TwinSource};
+pub use source::{
+    Next, ReplaySource, Source, SourceError, Survey, TwinSource, open_foreign, open_recording,
+};
 pub use tare::{BelowZero, By};
 
 use history::History;
-use pump::{Pump, Shared};
+use pump::Pump;
 use server::Site;
+use shared::Shared;
 use taxel::acquisition::Stream;
 use taxel::estimation::TouchSession;
 

@@ -28,7 +28,7 @@ pub(crate) struct Health<'a> {
     pub(crate) latency: f64,
     pub(crate) tared: bool,
     pub(crate) capturing: bool,
-    /// Arrival of the frame by the steady clock, ns since the source was opened.
+    /// Arrival of the frame by the steady clock, ns since the program began.
     pub(crate) host_ns: Option<u64>,
     pub(crate) flags: FrameFlags,
     /// Frames lost so far; none where the wire cannot tell.

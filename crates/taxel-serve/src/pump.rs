@@ -1,25 +1,24 @@
 //! The pump: takes frames from a source in real time, estimates, and offers
 //! the messages to whoever listens. No listener can slow it.
 
+mod recording;
+mod replaying;
+mod rest;
+
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use bytes::Bytes;
-use taxel::acquisition::{Frame, FrameFlags, Stream};
-use taxel::estimation::{Continuity, FrameError, RestRefused, State, TaxelTouch, TouchSession};
-use taxel::shown;
-use taxel_recording::mcap::{
-    FrameMessage, HealthMessage, LinkMessage, MarkMessage, RECONNECTED, RestKind, RestMessage,
-};
-use tokio::sync::broadcast;
+use taxel::acquisition::{Frame, Stream};
+use taxel::estimation::{Continuity, FrameError, TouchSession};
+use taxel_recording::mcap::{LinkMessage, RECONNECTED, RestKind};
 
 use crate::condition::{ChannelConditions, ConditionSender};
-use crate::events::{EventFile, EventLog, EventSummary, EventWriter, Events};
-use crate::history::{History, Mark};
+use crate::events::{EventFile, EventSummary, EventWriter, Events};
+use crate::history::Mark;
 use crate::last_touch::LastTouch;
 use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
@@ -29,10 +28,11 @@ use crate::out::{LineOutput, LineSummary, Lines, Rows, TableWriter, TouchTable};
 use crate::outgoing::Outgoing;
 use crate::record::{
     RecordFolder, RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message,
-    rest_message, rest_of, touch_message,
+    touch_message,
 };
-use crate::replay::{Playing, Replay, ReplayCommand, ReplayNow};
+use crate::replay::{Playing, ReplayCommand};
 use crate::save::{Pace, SaveError, Saver};
+use crate::shared::{BASELINE, CONDITION, Shared};
 use crate::source::{Next, Source, SourceError};
 use crate::tare::{BaselineSender, BelowZero, By, Owed, TareHistory, unix_s};
 
@@ -154,122 +154,10 @@ pub enum Command {
     Replay(ReplayCommand),
 }
 
-/// State of the pump that others see.
-#[derive(Debug)]
-pub(crate) struct Shared {
-    /// Messages; a receiver that lags loses the oldest.
-    pub(crate) messages: broadcast::Sender<Outgoing>,
-    pub(crate) stop: AtomicBool,
-    pub(crate) clients: AtomicUsize,
-    /// Of a source that reads a link.
-    pub(crate) link: OnceLock<LinkHandle>,
-    status: Mutex<StatusNow>,
-    events: Mutex<EventLog>,
-    /// Empty without a page: nobody could ask for it.
-    history: Mutex<History>,
-    /// From a frame's arrival to the end of its sending, over all clients.
-    sent: Mutex<Latencies>,
-}
-
-/// The pump's state for the status messages.
-#[derive(Debug, Clone)]
-pub(crate) struct StatusNow {
-    pub(crate) last_arrival: Instant,
-    pub(crate) ended: bool,
-    pub(crate) tare: Tare,
-    pub(crate) tare_time_ns: Option<u64>,
-    pub(crate) notice: String,
-    pub(crate) below_zero: Option<BelowZero>,
-    /// What is written now.
-    pub(crate) recording: Option<Recorder>,
-    /// Of a replay that clients control.
-    pub(crate) replay: Option<ReplayNow>,
-    /// The last frame of a run that has ended, or of a replay that is paused.
-    pub(crate) last_frame: Option<Bytes>,
-    /// Text messages that every client gets once, and again when they change.
-    pub(crate) posts: [Post; POSTS],
-}
-
-/// A text message, and how often it has changed; none before the first time.
-#[derive(Debug, Clone)]
-pub(crate) struct Post {
-    pub(crate) text: Arc<str>,
-    pub(crate) version: u64,
-}
-
-/// Rest values, history of tares, condition of channels, changes of baselines.
-pub(crate) const POSTS: usize = 4;
-const REST: usize = 0;
-const TARES: usize = 1;
-const CONDITION: usize = 2;
-const BASELINE: usize = 3;
-
-/// Messages that a slow subscriber may be behind before it loses the oldest.
-const QUEUE: usize = 1024;
 /// Notice when rest values are to be replaced while others are captured.
 const RUNNING: &str = "a rest capture is running; wait for its end";
-/// Why rest values are those of the recording that is played.
-const RESTORED: &str = "as recorded";
-/// Time from one record of losses and conditions to the next.
-const HEALTH_EVERY: Duration = Duration::from_secs(1);
 /// Longest sleep before commands and the stop flag are looked at again.
 const NAP: Duration = Duration::from_millis(20);
-
-impl Shared {
-    pub(crate) fn new() -> Arc<Self> {
-        Arc::new(Self {
-            messages: broadcast::channel(QUEUE).0,
-            stop: AtomicBool::new(false),
-            clients: AtomicUsize::new(0),
-            link: OnceLock::new(),
-            status: Mutex::new(StatusNow {
-                last_arrival: Instant::now(),
-                ended: false,
-                tare: Tare::None,
-                tare_time_ns: None,
-                notice: String::new(),
-                below_zero: None,
-                recording: None,
-                replay: None,
-                last_frame: None,
-                posts: std::array::from_fn(|_| Post {
-                    text: Arc::from(""),
-                    version: 0,
-                }),
-            }),
-            events: Mutex::new(EventLog::default()),
-            history: Mutex::new(History::default()),
-            sent: Mutex::new(Latencies::default()),
-        })
-    }
-
-    pub(crate) fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    pub(crate) fn status(&self) -> MutexGuard<'_, StatusNow> {
-        // A poisoned lock still holds a whole value.
-        self.status.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(crate) fn events(&self) -> MutexGuard<'_, EventLog> {
-        self.events.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(crate) fn history(&self) -> MutexGuard<'_, History> {
-        self.history.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn post(&self, place: usize, text: String) {
-        let post = &mut self.status().posts[place];
-        post.text = text.into();
-        post.version += 1;
-    }
-
-    pub(crate) fn sent(&self) -> MutexGuard<'_, Latencies> {
-        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// Summary of a run of the pump.
 #[derive(Debug)]
@@ -377,6 +265,8 @@ pub(crate) struct Pump {
     events: Events,
     tares: TareHistory,
     owed: Owed,
+    /// True if the source says itself how its rest values changed.
+    rest_recorded: bool,
     below_zero: Option<BelowZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
@@ -524,6 +414,7 @@ impl Pump {
             ),
             tares: TareHistory::new(&session, options.rest_from.as_deref()),
             owed: Owed::default(),
+            rest_recorded: false,
             below_zero: None,
             conditions: ConditionSender::default(),
             baselines: BaselineSender::default(),
@@ -565,12 +456,6 @@ impl Pump {
 
     pub(crate) fn session(&self) -> &TouchSession {
         &self.session
-    }
-
-    /// Lets clients control the replay.
-    pub(crate) fn control(&mut self, replay: Replay) {
-        self.playing = Some(Playing::new(replay, self.options.speed));
-        self.tell_replay();
     }
 
     pub(crate) fn run(mut self) -> Summary {
@@ -655,36 +540,6 @@ impl Pump {
             failed_files: self.failed_files,
             link,
             failure,
-        }
-    }
-
-    fn tare_at_start(&mut self) {
-        let kind = match self.options.start_tare {
-            StartTare::Automatic if self.session.estimator().rules().rest.at_start => {
-                RestKind::StartedUnasked
-            }
-            StartTare::Asked => RestKind::Started,
-            StartTare::Automatic | StartTare::Never => return,
-        };
-        self.begin_capture(kind, self.options.tare_frames, By::Start, None);
-        self.tares.begin(By::Start, false);
-        self.tell_rest();
-    }
-
-    /// Takes the rest capture that is owed since the start, once nothing stands out any more.
-    fn tare_owed(&mut self, time_ns: u64) {
-        if self.owed.is_due(time_ns)
-            && !self.session.capturing()
-            && self.session.estimator().standing_out().is_none()
-        {
-            self.tares.begin(By::Start, false);
-            self.begin_capture(
-                RestKind::StartedUnasked,
-                self.options.tare_frames,
-                By::Start,
-                Some(time_ns),
-            );
-            self.tell_rest();
         }
     }
 
@@ -814,140 +669,6 @@ impl Pump {
         self.tell_rest();
     }
 
-    /// Notes what a person or a program says, at the newest frame.
-    fn note(&mut self, text: String, time_ns: Option<u64>) {
-        if let Some(recorder) = &self.recorder {
-            recorder.mark(MarkMessage {
-                device_time_ns: time_ns,
-                text: text.clone(),
-                ..MarkMessage::default()
-            });
-        }
-        let shared = Arc::clone(&self.shared);
-        let noted = self.events.mark(text, time_ns.unwrap_or(0), &|event| {
-            shared.events().push(event);
-        });
-        if let Err(error) = noted {
-            self.file_failed(error);
-        }
-    }
-
-    /// Records the run from here on, as a run that is recorded from its beginning.
-    fn start_recording(&mut self, name: &str, time_ns: Option<u64>) -> Result<(), String> {
-        let Some(folder) = self.options.record_folder.as_ref() else {
-            return Err("this run takes no recordings from its clients".into());
-        };
-        if let Some(recorder) = &self.recorder {
-            let path = shown::path(recorder.path());
-            return Err(format!("{path} is being written: stop it first"));
-        }
-        if self.session.capturing() {
-            // Half a capture could not be repeated from the recording.
-            return Err(RUNNING.into());
-        }
-        let file = folder.named(name)?;
-        let recorder = Recorder::create(&file, self.source.stream(), false, self.pace)
-            .map_err(|error| error.to_string())?;
-        self.source.record_to(Some(&recorder));
-        self.shared.status().recording = Some(recorder.clone());
-        if let Some(link) = self.shared.link.get().map(LinkHandle::now) {
-            recorder.link(LinkMessage {
-                host_ns: link.since_ns,
-                segment: self.segment,
-                state: link.state.name().into(),
-                reason: link.reason,
-                ..LinkMessage::default()
-            });
-        }
-        self.recorder = Some(recorder);
-        self.recorded_health = None;
-        self.record_rest(RestKind::Begun, By::Start, time_ns, String::new());
-        Ok(())
-    }
-
-    /// Ends the recording; its thread finishes the file while the run goes on.
-    fn stop_recording(&mut self) {
-        if self.recorder.is_some() {
-            self.record_health();
-        }
-        self.source.record_to(None);
-        self.shared.status().recording = None;
-        if let Some(recorder) = self.recorder.take() {
-            self.finishing
-                .push(std::thread::spawn(move || recorder.finish()));
-        }
-    }
-
-    /// Puts where the replay is, and its frame while nothing comes, where the clients' tasks find them.
-    fn tell_replay(&mut self) {
-        if self
-            .playing
-            .as_ref()
-            .is_some_and(|playing| playing.now.paused)
-        {
-            self.keep_last_frame();
-        } else {
-            self.shared.status().last_frame = None;
-        }
-        if let Some(playing) = &self.playing {
-            let mut status = self.shared.status();
-            status.ended = playing.now.ended;
-            status.replay = Some(playing.now.clone());
-        }
-    }
-
-    /// Opens the recording anew, with an estimator that has seen nothing; false if that fails.
-    fn play_again(&mut self) -> bool {
-        let Some(playing) = &mut self.playing else {
-            return false;
-        };
-        let opened = (playing.replay.reopen)();
-        playing.begun();
-        match opened {
-            Ok((source, session)) => (self.source, self.session) = (source, session),
-            Err(message) => {
-                self.shared.status().notice = message;
-                self.shared.stop.store(true, Ordering::Relaxed);
-                return false;
-            }
-        }
-        self.continuity = Continuity::default();
-        self.moved_rest = MovedRest::default();
-        self.tares = TareHistory::new(&self.session, self.options.rest_from.as_deref());
-        self.owed = Owed::default();
-        self.conditions = ConditionSender::default();
-        self.baselines = BaselineSender::default();
-        self.last = None;
-        self.clock.origin = None;
-        *self.shared.history() = History::new(self.session.meaning());
-        self.shared.events().restart();
-        self.forget_below_zero();
-        self.tell_rest();
-        self.tare_at_start();
-        self.tell_replay();
-        true
-    }
-
-    /// At the end of a replay that clients control: waits for one of them to go on.
-    fn goes_on_after_the_end(&mut self) -> bool {
-        let Some(playing) = &mut self.playing else {
-            return false;
-        };
-        playing.end();
-        self.tell_replay();
-        self.keep_last_frame();
-        while !self.shared.stopped() {
-            while let Ok(command) = self.commands.try_recv() {
-                self.command(command);
-            }
-            if self.playing.as_ref().is_some_and(Playing::begins_again) {
-                return true;
-            }
-            std::thread::sleep(NAP);
-        }
-        false
-    }
-
     /// The link is open again: numbers and times begin anew, the rest values stay.
     fn reconnected(&mut self) {
         self.segment += 1;
@@ -1071,46 +792,10 @@ impl Pump {
         link.map_or(Some(self.continuity.lost), LinkHandle::lost)
     }
 
-    /// Keeps the last frame for whoever comes after the end, or while a replay is paused.
-    fn keep_last_frame(&mut self) {
-        if self.last.is_none() {
-            return;
-        }
-        let health = Health {
-            continuity: &self.continuity,
-            rate: 0.0,
-            latency: f64::NAN,
-            tared: self.session.estimator().is_tared(),
-            capturing: self.session.capturing(),
-            host_ns: None,
-            flags: FrameFlags::default(),
-            lost: self.lost(),
-        };
-        let touch = self.session.estimator().touch();
-        let bytes = message::frame(touch, self.components, &health);
-        self.shared.status().last_frame = Some(bytes);
-    }
-
     /// Times that the board began anew, as the frames or its wire tell.
     fn restarts(&self) -> u64 {
         let link = self.shared.link.get();
         self.continuity.restarts + link.map_or(0, LinkHandle::restarts)
-    }
-
-    fn find_below_zero(&mut self) {
-        let touch = self.session.estimator().touch();
-        let below = |taxel: &&TaxelTouch| taxel.state == State::BelowZero;
-        let taxels = touch.taxels.iter().filter(below).count();
-        if self.below_zero.as_ref().map_or(0, |below| below.taxels) != taxels {
-            self.below_zero = (taxels > 0).then(|| self.tares.below_zero(taxels));
-            self.shared.status().below_zero.clone_from(&self.below_zero);
-        }
-    }
-
-    /// What was below the zero before says nothing of a new one: the next frame finds it, and its cause, anew.
-    fn forget_below_zero(&mut self) {
-        self.below_zero = None;
-        self.shared.status().below_zero = None;
     }
 
     fn save(&mut self, frame: Frame) {
@@ -1135,178 +820,6 @@ impl Pump {
         self.failed_files.push(message);
     }
 
-    fn captured(&mut self, captured: Result<(), RestRefused>, time_ns: Option<u64>) {
-        let by = self.tares.by();
-        let Err(refused) = captured else {
-            self.mark("tare", time_ns);
-            self.tares.captured(time_ns, None, &self.session);
-            self.record_rest(RestKind::Captured, by, time_ns, String::new());
-            self.forget_below_zero();
-            if let Some(why) = self.owed.why() {
-                let mut status = self.shared.status();
-                if status.notice == why {
-                    status.notice.clear();
-                }
-            }
-            self.owed.settle();
-            return self.tell_rest();
-        };
-        let message = refused.to_string();
-        // Of attempts that nobody asked for the first refusal says it all.
-        if by != By::Start || !self.tares.is_refused_at_start() {
-            self.mark("tare refused", time_ns);
-            self.tares.captured(time_ns, Some(&message), &self.session);
-            self.shared.status().notice.clone_from(&message);
-        }
-        self.record_rest(RestKind::Refused, by, time_ns, message);
-        let unasked = by == By::Start && self.options.start_tare == StartTare::Automatic;
-        if unasked && self.source.is_live() {
-            self.owed.refused(&refused, time_ns.unwrap_or(0));
-            if let Some(why) = self.owed.why() {
-                why.clone_into(&mut self.shared.status().notice);
-            }
-        }
-        self.tell_rest();
-    }
-
-    /// Begins a rest capture.
-    fn begin_capture(&mut self, kind: RestKind, frames: usize, by: By, time_ns: Option<u64>) {
-        if let Some(recorder) = &self.recorder {
-            let mut message = rest_message(kind, by.name(), time_ns, &self.session);
-            message.frames = u32::try_from(frames).unwrap_or(u32::MAX);
-            recorder.rest(message);
-        }
-        match kind {
-            RestKind::StartedUnasked => self.session.begin_unasked_rest_capture(frames),
-            _ => self.session.begin_rest_capture(frames),
-        }
-    }
-
-    /// Repeats a change of the rest values that a recording has, so that each frame is
-    /// estimated as it was.
-    fn recorded_rest(&mut self, change: &RestMessage) {
-        if self.options.start_tare == StartTare::Asked || self.options.rest_from.is_some() {
-            // The rest values of this run are others.
-            return;
-        }
-        let now = self.last.as_ref().map(|last| last.time_ns);
-        let by = By::of_name(&change.by);
-        match change.kind {
-            RestKind::Started | RestKind::StartedUnasked => {
-                self.tares.begin(by, false);
-                self.begin_capture(change.kind, change.frames as usize, by, now);
-            }
-            // The frames before have done the same; what they gave counts unless the recording
-            // has other values.
-            RestKind::Captured | RestKind::Refused | RestKind::Begun => {
-                if self.restored(change) {
-                    self.record_rest(RestKind::Undone, by, now, RESTORED.into());
-                }
-            }
-            RestKind::Cleared => {
-                self.session.clear_rest();
-                self.restored(change);
-                self.tares.cleared(now, &self.session);
-                self.record_rest(RestKind::Cleared, by, now, String::new());
-                self.mark("tare cleared", now);
-            }
-            RestKind::Undone => {
-                if let Some(rest) = rest_of(change) {
-                    self.session.restore_rest(&rest);
-                }
-                self.record_rest(RestKind::Undone, by, now, change.message.clone());
-                self.mark("tare undone", now);
-            }
-        }
-        self.forget_below_zero();
-        self.tell_rest();
-    }
-
-    /// Puts the rest values of a recording in force where others are; true if so.
-    fn restored(&mut self, change: &RestMessage) -> bool {
-        let own = rest_message(change.kind, "", None, &self.session);
-        let bits = |message: &RestMessage| -> Vec<u64> {
-            let captured = message.captured.iter().flatten().flatten();
-            let values = message.values.iter().chain(captured);
-            values.map(|value| value.to_bits()).collect()
-        };
-        let known = |message: &RestMessage| -> Vec<bool> {
-            message.captured.iter().map(Option::is_some).collect()
-        };
-        let same = bits(&own) == bits(change)
-            && known(&own) == known(change)
-            && own.at_end == change.at_end;
-        match rest_of(change).filter(|_| !same) {
-            Some(rest) if rest.values().len() == own.values.len() => {
-                self.session.restore_rest(&rest);
-                true
-            }
-            _ => false,
-        }
-    }
-
-    fn record_rest(&self, kind: RestKind, by: By, time_ns: Option<u64>, message: String) {
-        if let Some(recorder) = &self.recorder {
-            let mut change = rest_message(kind, by.name(), time_ns, &self.session);
-            change.message = message;
-            recorder.rest(change);
-        }
-    }
-
-    /// Records a frame as it came, and notices a recording that has failed.
-    fn record_frame(&mut self, frame: &Frame) -> Result<(), Failure> {
-        let Some(recorder) = &self.recorder else {
-            return Ok(());
-        };
-        if let Some(failure) = recorder.failure() {
-            let message = failure.to_owned();
-            if recorder.stops_run() {
-                return Err(Failure::Record { message });
-            }
-            let mut status = self.shared.status();
-            if status.notice.is_empty() {
-                status.notice = message;
-            }
-            return Ok(());
-        }
-        recorder.raw(FrameMessage {
-            utc_ns: 0,
-            frame: frame.clone(),
-        });
-        let due = |since: Instant| since.elapsed() >= HEALTH_EVERY;
-        if self.recorded_health.is_none_or(due) {
-            self.record_health();
-        }
-        Ok(())
-    }
-
-    fn record_health(&mut self) {
-        self.recorded_health = Some(Instant::now());
-        let conditions = ChannelConditions::of(&self.session);
-        let counts = &self.continuity;
-        let span = self.recent.front().zip(self.recent.back());
-        let span = span.map_or(0.0, |(a, b)| b.duration_since(*a).as_secs_f64());
-        let wrong = conditions.wrong.into_iter();
-        let (wrong, reasons) = wrong.map(|wrong| (wrong.name, wrong.reason)).unzip();
-        let message = HealthMessage {
-            utc_ns: 0,
-            device_time_ns: self.last.as_ref().map_or(0, |last| last.time_ns),
-            accepted: counts.accepted,
-            lost: self.lost().unwrap_or(counts.lost),
-            late: counts.late,
-            duplicate: counts.duplicate,
-            repeated: counts.repeated,
-            restarts: self.restarts(),
-            clipped: self.clipped_frames,
-            rate: self.recent.len().saturating_sub(1) as f64 / span,
-            wrong,
-            reasons,
-        };
-        if let Some(recorder) = &self.recorder {
-            recorder.health(message);
-        }
-    }
-
     /// Notes a change of the rest values in the history; none lies before the first frame.
     fn mark(&self, kind: &'static str, time_ns: Option<u64>) {
         if let Some(time_ns) = time_ns {
@@ -1317,24 +830,6 @@ impl Pump {
                 kind,
             });
         }
-    }
-
-    /// Puts the rest values and how they came where the clients' tasks find them.
-    fn tell_rest(&self) {
-        let captured_ns = self.tares.captured_ns();
-        let mut status = self.shared.status();
-        status.tare_time_ns = captured_ns;
-        status.tare = match captured_ns {
-            _ if self.session.capturing() => Tare::Running,
-            Some(_) => Tare::Done,
-            None if self.session.estimator().is_tared() => Tare::Loaded,
-            None if self.owed.why().is_some() => Tare::Waiting,
-            None => Tare::None,
-        };
-        drop(status);
-        let rest = &self.session.estimator().touch().channels.rest;
-        self.shared.post(REST, message::rest(rest));
-        self.shared.post(TARES, self.tares.message());
     }
 
     fn tell_condition(&mut self, time_ns: u64) {

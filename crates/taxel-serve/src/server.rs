@@ -23,9 +23,10 @@ use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::link::LinkHandle;
 use crate::marks::LONGEST_MARK;
 use crate::message::{Provenance, SensorNow, Status};
-use crate::pump::{Command, POSTS, Shared, StatusNow};
+use crate::pump::Command;
 use crate::record::Recorder;
 use crate::replay::ReplayCommand;
+use crate::shared::{POSTS, Shared, StatusNow};
 use crate::tare::By;
 
 const INDEX: &str = include_str!("../page/dist/index.html");

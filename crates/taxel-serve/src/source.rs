@@ -2,15 +2,18 @@
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::acquisition::{Delivery, Frame, Stream, Twin};
 use taxel::estimation::MapNoise;
 use taxel::shown;
+use taxel_recording::foreign::{BEGIN, ForeignFile, Seekable};
 use taxel_recording::mcap::{Findings, RestMessage};
-use taxel_recording::{Change, Recording, RecordingError};
+use taxel_recording::{
+    Change, ForeignFormat, Format, Recording, RecordingError, RecordingOptions, Taken,
+};
 
 use crate::link::{LinkError, LinkHandle};
 use crate::record::Recorder;
@@ -141,16 +144,6 @@ pub struct ReplaySource {
     held: Option<Next>,
 }
 
-/// How a recording is opened.
-#[derive(Debug, Clone, Default)]
-pub struct ReplayOptions {
-    /// True if rows of numbers without a header are the channels of a device.
-    pub bare: bool,
-    /// The sensor to play of a recording of several: its name, or its place from 1 on;
-    /// the first without.
-    pub part: Option<String>,
-}
-
 /// What a first reading of a whole recording finds.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
@@ -217,36 +210,24 @@ impl ReplaySource {
     /// # Errors
     /// [`SourceError`] when it cannot be opened, its header is malformed, or it has no such
     /// part.
-    pub fn open(path: &Path, options: &ReplayOptions) -> Result<Self, SourceError> {
-        let file = shown::path(path);
-        let bytes = || reader(path);
-        let recording = if options.bare {
-            Recording::open_bare(&file, bytes()?)?
-        } else {
-            Recording::open(&file, bytes()?)?
-        };
-        let recording = match &options.part {
-            None => recording,
-            Some(part) => {
-                let numbered = || {
-                    let place = part.parse::<usize>().ok()?.checked_sub(1)?;
-                    recording.sensors().get(place)
-                };
-                let known = recording.sensors().contains(part);
-                let name = if known {
-                    part
-                } else {
-                    numbered().unwrap_or(part)
-                };
-                Recording::open_sensor(&file, bytes()?, name)?
-            }
-        };
+    pub fn open(path: &Path, options: &RecordingOptions) -> Result<Self, SourceError> {
+        let recording = open_recording(path, options)?;
         Ok(Self {
             stream: recording.stream().clone(),
             recording,
             changes: VecDeque::new(),
             held: None,
         })
+    }
+
+    /// What was taken for what, in a file that leaves it open.
+    pub fn taken(&self) -> Option<Taken> {
+        self.recording.taken()
+    }
+
+    /// The kind of the file.
+    pub fn format(&self) -> Format {
+        self.recording.format()
     }
 
     /// What was found so far in a recording of a whole run (`--record`), with the files that
@@ -267,6 +248,112 @@ impl ReplaySource {
         self.stream.period = self.stream.period.or_else(|| survey.period());
         self
     }
+}
+
+/// Opens a recording of any kind, a folder only if it is a bag of ROS 2.
+///
+/// # Errors
+/// Those of [`ReplaySource::open`].
+pub fn open_recording(
+    path: &Path,
+    options: &RecordingOptions,
+) -> Result<Recording<BufReader<File>>, SourceError> {
+    if let Some(foreign) = open_foreign(path)? {
+        return Ok(Recording::of_foreign(foreign, options)?);
+    }
+    let file = shown::path(path);
+    let open = |options: &RecordingOptions| {
+        Recording::open_with(&file, reader(path)?, options).map_err(SourceError::from)
+    };
+    let Some(part) = &options.part else {
+        return open(options);
+    };
+    let any = RecordingOptions {
+        part: None,
+        ..options.clone()
+    };
+    let recording = open(&any)?;
+    let sensors = recording.sensors();
+    let place = part
+        .parse::<usize>()
+        .ok()
+        .and_then(|place| place.checked_sub(1));
+    let numbered = place
+        .and_then(|place| sensors.get(place))
+        .filter(|_| !sensors.contains(part));
+    open(&RecordingOptions {
+        part: Some(numbered.unwrap_or(part).clone()),
+        ..any
+    })
+}
+
+/// Opens a file of another program, or a folder that is a bag of ROS 2; `None` if it is neither.
+///
+/// # Errors
+/// [`SourceError`] when it cannot be opened or is damaged.
+pub fn open_foreign(path: &Path) -> Result<Option<ForeignFile>, SourceError> {
+    let folder = path.is_dir();
+    let paths = if folder {
+        files_of_bag(path)?
+    } else {
+        vec![path.to_owned()]
+    };
+    let mut files: Vec<(String, Box<dyn Seekable>)> = Vec::new();
+    let mut format = None;
+    for path in &paths {
+        let mut begin = Vec::new();
+        let read = reader(path)?.take(BEGIN as u64).read_to_end(&mut begin);
+        read.map_err(|cause| SourceError::Read {
+            path: path.clone(),
+            cause,
+        })?;
+        let found = ForeignFormat::of(&begin);
+        match (found, format) {
+            (None, _) => return Ok(None),
+            (Some(found), Some(first)) if found != first => {}
+            (Some(found), _) => {
+                format = Some(found);
+                files.push((shown::path(path), Box::new(reader(path)?.into_inner())));
+            }
+        }
+    }
+    let Some(format) = format else {
+        return Ok(None);
+    };
+    Ok(Some(ForeignFile::open(&shown::path(path), format, files)?))
+}
+
+/// The files of a bag of ROS 2 in a folder, in the order in which they were written.
+fn files_of_bag(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
+    let open = |cause| SourceError::Open {
+        path: path.to_owned(),
+        cause,
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(open)? {
+        let file = entry.map_err(open)?.path();
+        let ending = file.extension().and_then(|ending| ending.to_str());
+        if matches!(ending, Some("mcap" | "db3")) {
+            files.push(file);
+        }
+    }
+    // A bag that was split counts its files: NAME_9 comes before NAME_10.
+    files.sort_by_cached_key(|file| {
+        let name = shown::path(&file.with_extension(""));
+        let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        let (begin, number) = name.split_at(name.len() - digits);
+        (
+            begin.to_owned(),
+            number.parse::<u64>().unwrap_or(0),
+            name.clone(),
+        )
+    });
+    if files.is_empty() {
+        return Err(open(std::io::Error::other(
+            "it is a folder without the files of a bag of ROS 2 (.mcap, .db3); those that end in .zstd are unpacked with zstd -d",
+        )));
+    }
+    Ok(files)
 }
 
 /// The bytes of an ordinary file.

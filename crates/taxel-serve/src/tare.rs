@@ -100,8 +100,8 @@ pub struct BelowZero {
     pub zero_time_ns: Option<u64>,
 }
 
-/// A rest capture that is owed since the start of a run: something touched the sensor of a link
-/// as it was joined. It is taken as soon as nothing does.
+/// A rest capture that is owed since the start of a run: something touched the sensor. It is taken as
+/// soon as nothing does.
 #[derive(Debug, Default)]
 pub(crate) struct Owed {
     /// Why the zero is not taken yet, in words; `None` for nothing owed.
@@ -170,6 +170,9 @@ pub(crate) struct TareHistory {
     /// True if a map brings its own zero.
     map: bool,
 }
+
+/// What nobody knows of the zero of a device that no drawing describes.
+const RESTED: &str = "a load that rested throughout would be part of it: no drawing says what this device reads empty";
 
 /// Entries that are kept beside the first one.
 const KEPT: usize = 64;
@@ -249,9 +252,13 @@ impl TareHistory {
             None => TareKind::Captured,
             Some(_) => TareKind::Refused,
         };
-        let under_load = self.under_load;
+        let (under_load, map) = (self.under_load, self.map);
         let entry = self.push(kind, self.by, time_ns, session);
-        entry.message = refused.unwrap_or_default().into();
+        entry.message = match refused {
+            Some(refused) => refused.into(),
+            None if map => RESTED.into(),
+            None => String::new(),
+        };
         if refused.is_none() {
             entry.captured_ns = time_ns;
             entry.under_load = under_load;

@@ -7,14 +7,17 @@ use taxel::acquisition::{Delivery, Frame, Stimulus, Stream, Twin};
 use taxel::estimation::TouchSession;
 use taxel::sensor::Sensor;
 use taxel_recording::mcap::{
-    FrameMessage, McapReader, Message as _, RestMessage, Topic, TouchMessage,
+    EventMessage, FrameMessage, HealthMessage, McapReader, Message as _, RestMessage, Topic,
+    TouchMessage,
 };
 
 use crate::history::History;
+use crate::link::LinkHandle;
 use crate::message::Tare;
-use crate::pump::{Command, Pump, PumpOptions, Shared, StartTare, Summary};
+use crate::pump::{Command, Pump, PumpOptions, StartTare, Summary};
 use crate::record::{RecordFile, RecordFolder, RecordTo, WhenRecordingFails};
 use crate::replay::{Replay, ReplayCommand};
+use crate::shared::Shared;
 use crate::source::{Next, Source, SourceError, TwinSource};
 use crate::tare::{By, TareHistory};
 
@@ -332,13 +335,21 @@ fn what_the_operator_says_comes_before_a_tare_that_is_owed() {
     assert_eq!((summary.tare, summary.notice.as_str()), (Tare::None, ""));
 }
 
+/// What begins under a touch is no source without forces: its zero is taken in the first quiet window,
+/// and that is said.
 #[test]
-fn a_twin_and_a_recording_are_not_tared_unasked_later() {
+fn a_recording_that_begins_under_a_touch_takes_its_zero_later_and_says_so() {
     let (twin, session) = twin("three-axis-8x8", LYING);
     let (summary, _, posts) = pumped(Box::new(TwinSource::new(twin)), session, 400);
-    assert_eq!(summary.tare, Tare::None);
-    assert!(summary.notice.contains("then tare"), "{}", summary.notice);
-    assert_eq!(tare_kinds(&posts), ["begun", "refused"]);
+    assert_eq!(summary.tare, Tare::Done);
+    assert_eq!(tare_kinds(&posts), ["begun", "refused", "captured"]);
+    assert!(
+        summary.notice.contains("the zero was taken at") && summary.notice.contains("no forces"),
+        "{}",
+        summary.notice
+    );
+    let last = summary.last.unwrap();
+    assert!(last.zero_known && last.force[2].abs() < 2e-3, "{last:?}");
 }
 
 /// Sends each frame of the twin twice, the second time under a new number.
@@ -605,8 +616,10 @@ impl Source for PressedAt {
     }
 }
 
-/// What a recording of `frames` frames of the finger script is, without the times of day; begun by a
-/// command before the first frame, or with the run.
+/// Every message of a recording of 300 frames of the finger script, begun by a command before the first
+/// frame or with the run, less what follows from the clock of this computer: times of day, the rate of
+/// frames, and how many losses and conditions there are, of which the last stands for all. Messages go
+/// into chunks by that clock too, so that files as wholes differ.
 fn recorded(folder: &std::path::Path, name: &str, by_command: bool) -> Vec<String> {
     let (twin, session) = twin("three-axis-8x8", "finger");
     let file = RecordFile {
@@ -645,7 +658,7 @@ fn recorded(folder: &std::path::Path, name: &str, by_command: bool) -> Vec<Strin
     );
     let bytes = std::fs::read(&path).unwrap();
     let mut reader = McapReader::new(bytes.as_slice());
-    let mut messages = Vec::new();
+    let (mut messages, mut health_at_end) = (Vec::new(), String::new());
     while let Some(entry) = reader.next().unwrap() {
         messages.push(match entry.topic {
             Topic::Raw => format!("{:?}", FrameMessage::decode(entry.bytes).unwrap().frame),
@@ -657,10 +670,21 @@ fn recorded(folder: &std::path::Path, name: &str, by_command: bool) -> Vec<Strin
                     ..RestMessage::decode(entry.bytes).unwrap()
                 }
             ),
-            // Events follow from touch; the times of losses and conditions are those of the wall.
-            _ => continue,
+            Topic::Events => format!("{:?}", EventMessage::decode(entry.bytes).unwrap()),
+            // One a second of this computer, with the rate by its clock.
+            Topic::Health => {
+                let health = HealthMessage {
+                    utc_ns: 0,
+                    rate: 0.0,
+                    ..HealthMessage::decode(entry.bytes).unwrap()
+                };
+                health_at_end = format!("{health:?}");
+                continue;
+            }
+            topic => panic!("{topic:?}"),
         });
     }
+    messages.push(health_at_end);
     messages
 }
 
@@ -673,8 +697,13 @@ fn a_recording_begun_by_a_client_is_that_of_the_whole_run() {
         recorded(&folder, "whole", false),
         recorded(&folder, "begun", true),
     );
-    // Two messages a frame, and the rest values at the beginning.
-    assert_eq!(whole.len(), 601);
+    // Two messages a frame, the rest values at the beginning, a touch, and the losses.
+    let events = whole
+        .iter()
+        .filter(|message| message.starts_with("EventMessage"))
+        .count();
+    assert!(events > 0);
+    assert_eq!(whole.len(), 602 + events);
     assert_eq!(whole, begun);
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -779,4 +808,101 @@ fn a_loop_begins_again_at_the_end() {
         "{}",
         looped.len()
     );
+}
+
+/// A finger that rests on the array, while frames are missing for two seconds.
+const MISSING: &str = r#"
+schema = 1
+name = "missing"
+duration = "20 s"
+[[finger]]
+radius = "2.6 mm"
+path = [
+  { time = "2.0 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "0 mN"] },
+  { time = "2.5 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "60 mN"] },
+  { time = "5.0 s", at = ["0 mm", "0 mm"], force = ["0 N", "0 N", "60 mN"] },
+  { time = "5.5 s", at = ["1 mm", "0 mm"], force = ["0 N", "0 N", "30 mN"] },
+  { time = "9.0 s", at = ["1 mm", "0 mm"], force = ["0 N", "0 N", "30 mN"] },
+]
+[[outage]]
+from = "4 s"
+to = "6 s"
+"#;
+
+/// What changed while nothing came is no step, impact or slip: nobody saw it.
+#[test]
+fn no_event_follows_from_frames_that_are_missing() {
+    let found = events("three-axis-8x8", MISSING, 400);
+    let kinds = kinds_and_times(&found);
+    let after = kinds.iter().filter(|(_, _, time)| *time > 3.9);
+    let after: Vec<_> = after.map(|(kind, ..)| kind.as_str()).collect();
+    assert!(
+        after.iter().all(|kind| ["touch", "release"].contains(kind)),
+        "{kinds:?}"
+    );
+    // What came before was seen.
+    assert!(kinds.iter().any(|(kind, ..)| kind == "step"), "{kinds:?}");
+}
+
+/// A source behind a link that lost three frames; its numbers show more.
+struct Counted(TwinSource, LinkHandle);
+
+impl Source for Counted {
+    fn stream(&self) -> &Stream {
+        self.0.stream()
+    }
+
+    fn next(&mut self) -> Result<Next, SourceError> {
+        self.0.next()
+    }
+
+    fn link(&self) -> Option<LinkHandle> {
+        Some(self.1.clone())
+    }
+}
+
+/// The frame for those who come after the end, with its number and how many were lost before it.
+fn last_frame(shared: &Shared) -> [u64; 2] {
+    let bytes = shared.status().last_frame.clone().unwrap();
+    [8, 24].map(|at| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()))
+}
+
+/// How many frames were lost is one number: that of the link, where there is one that can tell, else
+/// that of the gaps in the numbers; the same in the summary and in the frames. Whoever comes after the
+/// end gets the last frame and the history.
+#[test]
+fn after_the_end_there_are_the_last_frame_the_history_and_one_count_of_the_lost() {
+    let lossy = format!("{MISSING}\n[link]\nlose_every = 10\n");
+    for by_link in [false, true] {
+        let (twin, session) = twin("three-axis-8x8", &lossy);
+        let source = TwinSource::new(twin);
+        let source: Box<dyn Source> = if by_link {
+            let link = LinkHandle::new("test".into(), "board".into(), 'A');
+            link.lock().wire.lost = Some(3);
+            Box::new(Counted(source, link))
+        } else {
+            Box::new(source)
+        };
+        let shared = Shared::new();
+        *shared.history() = History::new(session.meaning());
+        let (_sender, commands) = mpsc::sync_channel(1);
+        let options = PumpOptions {
+            speed: f64::INFINITY,
+            frames: Some(200),
+            ..PumpOptions::default()
+        };
+        let pump = Pump::new(source, session, options, shared.clone(), commands).unwrap();
+        let summary = pump.run();
+        // 200 frames of ten in a row of which one is lost.
+        let lost = if by_link { 3 } else { summary.continuity.lost };
+        assert_eq!(summary.continuity.lost, 22);
+        assert_eq!(summary.lost, Some(lost));
+        assert_eq!(
+            last_frame(&shared),
+            [summary.last.as_ref().unwrap().sequence, lost]
+        );
+        let last_ns = summary.last.as_ref().unwrap().time_ns;
+        let [_, newest_ns] = shared.history().extent_ns().unwrap();
+        assert_eq!(newest_ns, last_ns);
+    }
 }

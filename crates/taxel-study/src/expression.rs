@@ -21,7 +21,7 @@ pub struct Mistake {
 /// An expression, read and checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    node: Node,
+    steps: Vec<Step>,
     /// Its dimension.
     pub exponents: Exponents,
 }
@@ -35,13 +35,16 @@ pub struct Comparison {
     pub greater: Expression,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-enum Node {
+/// A step of the evaluation, which takes values from a stack and puts one there: a chain of 20 000
+/// factors is as deep as one of two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Step {
     Number(f64),
     Name(usize),
-    Negative(Box<Node>),
-    Binary(Operator, Box<Node>, Box<Node>),
-    Call(Function, Vec<Node>),
+    Negative,
+    Binary(Operator),
+    /// With so many arguments.
+    Call(Function, usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,9 +99,9 @@ pub type Names<'a> = &'a [(String, Exponents)];
 /// ```
 pub fn expression(text: &str, names: Names<'_>) -> Result<Expression, Mistake> {
     let mut reader = Reader::new(text, names)?;
-    let (node, exponents, _) = reader.sum()?;
+    let (steps, exponents, _) = reader.sum()?;
     reader.end("the end of the expression")?;
-    Ok(Expression { node, exponents })
+    Ok(Expression { steps, exponents })
 }
 
 /// Reads a comparison `a <= b` or `a >= b` over `names`.
@@ -127,11 +130,11 @@ pub fn comparison(text: &str, names: Names<'_>) -> Result<Comparison, Mistake> {
         });
     }
     let left = Expression {
-        node: left,
+        steps: left,
         exponents: of_left,
     };
     let right = Expression {
-        node: right,
+        steps: right,
         exponents: of_right,
     };
     let (less, greater) = if at_most {
@@ -163,13 +166,13 @@ pub fn names_in(text: &str) -> Result<Vec<(String, Range<usize>)>, Mistake> {
 impl Expression {
     /// Value for the `values` of its names, SI.
     pub fn value(&self, values: &[f64]) -> f64 {
-        self.node.value(values)
+        value_of(&self.steps, values)
     }
 
     /// Index of the only name, if the expression is one.
     pub fn lone_name(&self) -> Option<usize> {
-        match self.node {
-            Node::Name(index) => Some(index),
+        match self.steps[..] {
+            [Step::Name(index)] => Some(index),
             _ => None,
         }
     }
@@ -189,14 +192,17 @@ impl Comparison {
     }
 }
 
-impl Node {
-    fn value(&self, values: &[f64]) -> f64 {
-        match self {
-            Self::Number(number) => *number,
-            Self::Name(index) => values[*index],
-            Self::Negative(inner) => -inner.value(values),
-            Self::Binary(operator, a, b) => {
-                let (a, b) = (a.value(values), b.value(values));
+/// Value of steps that give one.
+fn value_of(steps: &[Step], values: &[f64]) -> f64 {
+    let mut stack: Vec<f64> = Vec::new();
+    for step in steps {
+        let value = match step {
+            Step::Number(number) => *number,
+            Step::Name(index) => values[*index],
+            Step::Negative => -taken(&mut stack),
+            Step::Binary(operator) => {
+                let b = taken(&mut stack);
+                let a = taken(&mut stack);
                 match operator {
                     Operator::Plus => a + b,
                     Operator::Minus => a - b,
@@ -205,9 +211,9 @@ impl Node {
                     Operator::Power => a.powf(b),
                 }
             }
-            Self::Call(function, arguments) => {
-                let a = arguments[0].value(values);
-                let b = arguments.get(1).map_or(0.0, |b| b.value(values));
+            Step::Call(function, count) => {
+                let b = if *count == 2 { taken(&mut stack) } else { 0.0 };
+                let a = taken(&mut stack);
                 match function {
                     // What is not a number stays so.
                     Function::Min | Function::Max if a.is_nan() || b.is_nan() => f64::NAN,
@@ -219,18 +225,15 @@ impl Node {
                     Function::Exp => a.exp(),
                 }
             }
-        }
+        };
+        stack.push(value);
     }
+    taken(&mut stack)
+}
 
-    fn constant(&self) -> bool {
-        match self {
-            Self::Number(_) => true,
-            Self::Name(_) => false,
-            Self::Negative(inner) => inner.constant(),
-            Self::Binary(_, a, b) => a.constant() && b.constant(),
-            Self::Call(_, arguments) => arguments.iter().all(Self::constant),
-        }
-    }
+/// The last value of the stack: the reader puts one there for each that a step takes.
+fn taken(stack: &mut Vec<f64>) -> f64 {
+    stack.pop().unwrap_or(f64::NAN)
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -244,6 +247,14 @@ enum Token {
 
 /// The longest unit at the start of `text`.
 fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
+    let lengths = quantity::dimensions().flat_map(|dimension| dimension.units.iter());
+    let longest = lengths
+        .map(|(unit, _)| unit.chars().count())
+        .max()
+        .unwrap_or(0);
+    // What may be a unit, and the character behind it.
+    let micro = |c: char| if matches!(c, 'µ' | 'μ') { 'u' } else { c };
+    let plain: String = text.chars().take(longest + 1).map(micro).collect();
     quantity::dimensions()
         .flat_map(|dimension| {
             dimension
@@ -252,7 +263,6 @@ fn unit_at(text: &str) -> Option<(&'static quantity::Dimension, &'static str)> {
                 .map(move |(unit, _)| (dimension, *unit))
         })
         .filter(|(_, unit)| {
-            let plain = text.replace(['µ', 'μ'], "u");
             plain
                 .strip_prefix(*unit)
                 .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
@@ -347,7 +357,7 @@ struct Reader<'a> {
     depth: usize,
 }
 
-type Part = (Node, Exponents, Range<usize>);
+type Part = (Vec<Step>, Exponents, Range<usize>);
 
 impl<'a> Reader<'a> {
     fn new(text: &'a str, names: Names<'a>) -> Result<Self, Mistake> {
@@ -397,7 +407,7 @@ impl<'a> Reader<'a> {
         if self.depth > DEEPEST {
             return Err(self.mistake("the parentheses are nested too deeply", "write it shorter"));
         }
-        let (mut node, exponents, mut span) = self.product()?;
+        let (mut steps, exponents, mut span) = self.product()?;
         loop {
             let operator = if self.takes('+') {
                 Operator::Plus
@@ -405,7 +415,7 @@ impl<'a> Reader<'a> {
                 Operator::Minus
             } else {
                 self.depth -= 1;
-                return Ok((node, exponents, span));
+                return Ok((steps, exponents, span));
             };
             let (right, of_right, right_span) = self.product()?;
             if of_right != exponents {
@@ -420,47 +430,56 @@ impl<'a> Reader<'a> {
                 });
             }
             span = span.start..right_span.end;
-            node = Node::Binary(operator, Box::new(node), Box::new(right));
+            steps.extend(right);
+            steps.push(Step::Binary(operator));
         }
     }
 
     fn product(&mut self) -> Result<Part, Mistake> {
-        let (mut node, mut exponents, mut span) = self.signed()?;
+        let (mut steps, mut exponents, mut span) = self.signed()?;
         loop {
             let (operator, sign) = if self.takes('*') {
                 (Operator::Times, 1.0)
             } else if self.takes('/') {
                 (Operator::Over, -1.0)
             } else {
-                return Ok((node, exponents, span));
+                return Ok((steps, exponents, span));
             };
             let (right, of_right, right_span) = self.signed()?;
             exponents = exponents.plus(of_right, sign);
             span = span.start..right_span.end;
-            node = Node::Binary(operator, Box::new(node), Box::new(right));
+            steps.extend(right);
+            steps.push(Step::Binary(operator));
         }
     }
 
     fn signed(&mut self) -> Result<Part, Mistake> {
         let start = self.span().start;
         if self.takes('-') {
-            self.depth += 1;
-            if self.depth > DEEPEST {
-                return Err(self.mistake("too many signs", "write it shorter"));
-            }
-            let (node, exponents, span) = self.signed()?;
-            self.depth -= 1;
-            return Ok((Node::Negative(Box::new(node)), exponents, start..span.end));
+            let (mut steps, exponents, span) = self.deeper("too many signs")?;
+            steps.push(Step::Negative);
+            return Ok((steps, exponents, start..span.end));
         }
         self.power()
     }
 
+    /// What stands behind a sign or below a power.
+    fn deeper(&mut self, too_deep: &str) -> Result<Part, Mistake> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(self.mistake(too_deep, "write it shorter"));
+        }
+        let part = self.signed()?;
+        self.depth -= 1;
+        Ok(part)
+    }
+
     fn power(&mut self) -> Result<Part, Mistake> {
-        let (base, exponents, span) = self.atom()?;
+        let (mut base, exponents, span) = self.atom()?;
         if !self.takes('^') {
             return Ok((base, exponents, span));
         }
-        let (power, of_power, power_span) = self.signed()?;
+        let (power, of_power, power_span) = self.deeper("too many powers of powers")?;
         let wrong = |message: String| Mistake {
             span: power_span.clone(),
             message,
@@ -471,15 +490,16 @@ impl<'a> Reader<'a> {
         }
         let raised = if exponents == NONE {
             NONE
-        } else if power.constant() {
-            exponents.times(power.value(&[]))
+        } else if !power.iter().any(|step| matches!(step, Step::Name(_))) {
+            exponents.times(value_of(&power, &[]))
         } else {
             return Err(wrong(String::from(
                 "a power that varies needs a plain number below it",
             )));
         };
-        let node = Node::Binary(Operator::Power, Box::new(base), Box::new(power));
-        Ok((node, raised, span.start..power_span.end))
+        base.extend(power);
+        base.push(Step::Binary(Operator::Power));
+        Ok((base, raised, span.start..power_span.end))
     }
 
     fn atom(&mut self) -> Result<Part, Mistake> {
@@ -487,13 +507,13 @@ impl<'a> Reader<'a> {
         match self.token().cloned() {
             Some(Token::Number(value, exponents)) => {
                 self.at += 1;
-                Ok((Node::Number(value), exponents, span))
+                Ok((vec![Step::Number(value)], exponents, span))
             }
             Some(Token::Sign('(')) => {
                 self.at += 1;
-                let (node, exponents, inner) = self.sum()?;
+                let (steps, exponents, inner) = self.sum()?;
                 self.closed()?;
-                Ok((node, exponents, span.start..inner.end + 1))
+                Ok((steps, exponents, span.start..inner.end + 1))
             }
             Some(Token::Name(name)) => {
                 self.at += 1;
@@ -508,7 +528,7 @@ impl<'a> Reader<'a> {
                     let help = format!("names here: {}", known.join(", "));
                     return Err(self.mistake(format!("\"{name}\" is no name here"), &help));
                 };
-                Ok((Node::Name(index), self.names[index].1, span))
+                Ok((vec![Step::Name(index)], self.names[index].1, span))
             }
             _ => Err(self.mistake(
                 "a value is needed here",
@@ -534,7 +554,7 @@ impl<'a> Reader<'a> {
         };
         self.at += 1;
         let first = self.sum()?;
-        let mut arguments = vec![first.0];
+        let mut steps = first.0;
         let exponents = first.1;
         if *count == 2 {
             if !self.takes(',') {
@@ -554,7 +574,7 @@ impl<'a> Reader<'a> {
                     span: second.2,
                 });
             }
-            arguments.push(second.0);
+            steps.extend(second.0);
         }
         let end = self.span().end;
         self.closed()?;
@@ -569,7 +589,8 @@ impl<'a> Reader<'a> {
             }
             _ => exponents,
         };
-        Ok((Node::Call(*function, arguments), result, span.start..end))
+        steps.push(Step::Call(*function, *count));
+        Ok((steps, result, span.start..end))
     }
 }
 
@@ -637,6 +658,28 @@ mod tests {
         let deep = format!("{}1{}", "(".repeat(200), ")".repeat(200));
         assert!(expression(&deep, &names()).is_err());
         assert!(expression(&"-".repeat(200), &names()).is_err());
+        assert!(expression(&format!("2{}", "^2".repeat(20_000)), &names()).is_err());
+        let deep = format!("{}1{}", "min(1, ".repeat(20_000), ")".repeat(20_000));
+        assert!(expression(&deep, &names()).is_err());
+    }
+
+    /// A chain is as deep as one factor: it is read, evaluated, copied and dropped on any stack.
+    #[test]
+    fn a_chain_of_twenty_thousand_factors_is_a_number() {
+        for (link, expected) in [
+            (" * 1.5 um / 1.5 um", 5.0),
+            (" + 0 N", 5.0),
+            (" - 0.0001 N", 3.0),
+        ] {
+            let text = format!("load{}", link.repeat(20_000));
+            let read = expression(&text, &names()).unwrap_or_else(|mistake| panic!("{mistake:?}"));
+            // Each of 40 000 operations rounds by at most 1.1e-16 of it.
+            let found = read.clone().value(&[20e-6, 5.0, 0.5]);
+            assert!(
+                (found - expected).abs() < 40_000.0 * 1.2e-16 * 5.0,
+                "{link}: {found}"
+            );
+        }
     }
 
     #[test]

@@ -57,7 +57,11 @@ pub struct Store {
     pub block: usize,
     /// Blocks that were damaged when the store was opened.
     pub damaged: usize,
+    /// True if its manifest was lost or cut and is written anew from the blocks that are there.
+    pub rebuilt: bool,
     known: HashMap<String, Kept>,
+    /// Designs of the largest block that was read.
+    largest: usize,
 }
 
 static UNFINISHED: AtomicU64 = AtomicU64::new(0);
@@ -79,14 +83,28 @@ impl Store {
             move |error| StoreError::Io(path, error)
         };
         let manifest = folder.join("manifest.json");
-        if !manifest.exists() {
+        let mut store = Self {
+            folder: folder.to_owned(),
+            block: block.clamp(1, MOST_IN_BLOCK),
+            damaged: 0,
+            rebuilt: false,
+            known: HashMap::new(),
+            largest: 0,
+        };
+        if !is_whole(&manifest) {
+            let cut = manifest.exists();
             let occupied = fs::read_dir(folder).is_ok_and(|mut inside| {
                 inside.any(|entry| {
                     // Another worker may be making the same store.
-                    entry.is_ok_and(|entry| !entry.file_name().to_string_lossy().starts_with('.'))
+                    let shown = |name: &str| !name.starts_with('.') && name != "manifest.json";
+                    entry.is_ok_and(|entry| shown(&entry.file_name().to_string_lossy()))
                 })
             });
-            if occupied && !manifest.exists() {
+            if occupied {
+                store.read_blocks().map_err(io(folder))?;
+            }
+            store.rebuilt = cut || store.largest > 0;
+            if occupied && store.largest == 0 && !is_whole(&manifest) {
                 let message = format!(
                     "--store {}: the folder is not empty and no store\nhelp: name an empty or a new folder",
                     shown::path(folder)
@@ -94,8 +112,13 @@ impl Store {
                 return Err(StoreError::Other(message));
             }
             fs::create_dir_all(folder).map_err(io(folder))?;
+            // All blocks but the last of a run are full.
+            let block = match store.largest {
+                0 => store.block,
+                largest => largest.min(MOST_IN_BLOCK),
+            };
             let text = json!({
-                "taxel_store": 1, "numerics": NUMERICS, "block": block.clamp(1, MOST_IN_BLOCK), "study": study,
+                "taxel_store": 1, "numerics": NUMERICS, "block": block, "study": study,
             });
             write_whole(&manifest, &format!("{text:#}\n")).map_err(io(&manifest))?;
         }
@@ -116,17 +139,13 @@ impl Store {
             );
             return Err(StoreError::Other(message));
         }
-        let mut store = Self {
-            folder: folder.to_owned(),
-            block: (block as usize).min(MOST_IN_BLOCK),
-            damaged: 0,
-            known: HashMap::new(),
-        };
+        store.block = (block as usize).min(MOST_IN_BLOCK);
         store.read_blocks().map_err(io(folder))?;
         Ok(store)
     }
 
     fn read_blocks(&mut self) -> io::Result<()> {
+        self.damaged = 0;
         for entry in fs::read_dir(&self.folder)? {
             let inner = entry?.path();
             if !inner.is_dir() {
@@ -144,7 +163,10 @@ impl Store {
                     .ok()
                     .and_then(|bytes| block_of(name, &bytes))
                 {
-                    Some(designs) => self.known.extend(designs),
+                    Some(designs) => {
+                        self.largest = self.largest.max(designs.len());
+                        self.known.extend(designs);
+                    }
                     None => self.damaged += 1,
                 }
             }
@@ -218,6 +240,12 @@ impl Store {
             }
         }
     }
+}
+
+/// True if a manifest is there whole, of whatever it is.
+fn is_whole(manifest: &Path) -> bool {
+    let text = fs::read_to_string(manifest);
+    text.is_ok_and(|text| serde_json::from_str::<Json>(&text).is_ok())
 }
 
 /// Writes a file beside its place, flushes it, and moves it there.
@@ -307,6 +335,52 @@ fn block_of(name: &str, bytes: &[u8]) -> Option<Vec<(String, Kept)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lost_or_cut_manifest_is_rebuilt_from_the_blocks() {
+        let folder = std::env::temp_dir().join(format!("taxel-manifest-{}", std::process::id()));
+        let kept = |number: f64| Kept {
+            status: Status::Done,
+            reason: String::new(),
+            answers: vec![Outcome::Number(number)],
+        };
+        let open = |block| Store::open(&folder, block, "study").map_err(|error| error.to_string());
+        let mut store = open(3).unwrap_or_else(|error| panic!("{error}"));
+        let designs = |range: std::ops::Range<u8>| {
+            let design = |n: u8| (sha256(&n.to_string()), kept(f64::from(n)));
+            range.map(design).collect::<Vec<_>>()
+        };
+        for range in [0..3, 3..6, 6..7] {
+            assert!(store.keep(designs(range)).is_ok());
+        }
+        let manifest = folder.join("manifest.json");
+        let whole = fs::read_to_string(&manifest).unwrap_or_default();
+        for left in [
+            None,
+            Some(0),
+            Some(1),
+            Some(whole.len() / 2),
+            Some(whole.len() - 3),
+        ] {
+            let _ = fs::remove_file(&manifest);
+            if let Some(left) = left {
+                assert!(fs::write(&manifest, &whole[..left]).is_ok());
+            }
+            let store = open(10).unwrap_or_else(|error| panic!("{left:?}: {error}"));
+            assert_eq!(
+                (store.len(), store.block, store.rebuilt),
+                (7, 3, true),
+                "{left:?}"
+            );
+            assert_eq!(store.kept(&sha256("6")), Some(&kept(6.0)));
+            let again = fs::read_to_string(&manifest).unwrap_or_default();
+            assert_eq!(again, whole, "{left:?}");
+        }
+        // What is whole and something else stays.
+        assert!(fs::write(&manifest, "{}").is_ok());
+        assert!(open(3).is_err());
+        assert!(fs::remove_dir_all(&folder).is_ok());
+    }
 
     #[test]
     fn a_block_with_any_flipped_byte_is_not_believed() {

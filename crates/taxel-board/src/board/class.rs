@@ -1,7 +1,7 @@
 //! What a wire can show of its damage.
 
 use super::description::{BuiltIn, Carrier, Framing};
-use super::layout::{PlacedCheck, Role};
+use super::layout::{PacketLayout, PlacedCheck, Role};
 use super::messages::{Body, MessageFormat};
 use super::{Board, Counter, Format};
 use crate::check::CheckKind;
@@ -78,9 +78,20 @@ impl Board {
             Format::BuiltIn(BuiltIn::Papillarray) => return (Class::A, of_bits(16)),
             // A changed character is a wrong number more often than no number.
             Format::Lines(_) => return (if counted { Class::B } else { Class::C }, 10.0 / 256.0),
-            Format::Messages(messages) => return of_messages(messages, counted),
+            Format::Messages(messages) => {
+                if let Framing::Messages(framing) = &self.framing {
+                    return of_messages(framing.carrier, messages, counted);
+                }
+                let layouts = messages.layouts();
+                let classes = layouts.map(|layout| self.class_of(layout, counted));
+                return worst(classes).unwrap_or((Class::D, 1.0));
+            }
             Format::Packet(layout) => layout,
         };
+        self.class_of(layout, counted)
+    }
+
+    fn class_of(&self, layout: &PacketLayout, counted: bool) -> (Class, f64) {
         if let Some(check) = &layout.check {
             return of_check(check);
         }
@@ -122,9 +133,9 @@ fn of_check(check: &PlacedCheck) -> (Class, f64) {
 }
 
 /// The class of the worst of its messages.
-fn of_messages(messages: &MessageFormat, counted: bool) -> (Class, f64) {
+fn of_messages(carrier: Carrier, messages: &MessageFormat, counted: bool) -> (Class, f64) {
     // A changed digit is another digit more often than none.
-    let digits = match messages.carrier {
+    let digits = match carrier {
         Carrier::Can => 22.0,
         Carrier::Json => 10.0,
     };
@@ -137,9 +148,14 @@ fn of_messages(messages: &MessageFormat, counted: bool) -> (Class, f64) {
         .messages
         .iter()
         .map(|message| of_body(&message.body));
-    classes
-        .reduce(|worst, class| (worst.0.max(class.0), worst.1.max(class.1)))
-        .unwrap_or(unchecked)
+    worst(classes).unwrap_or(unchecked)
+}
+
+fn worst(mut classes: impl Iterator<Item = (Class, f64)>) -> Option<(Class, f64)> {
+    let first = classes.next()?;
+    Some(classes.fold(first, |worst, class| {
+        (worst.0.max(class.0), worst.1.max(class.1))
+    }))
 }
 
 /// Probability that a random check of so many bits is right.

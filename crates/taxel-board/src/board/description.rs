@@ -34,7 +34,8 @@ pub struct BoardFile {
     /// What a packet holds.
     #[serde(default)]
     pub packet: Packet,
-    /// The messages that make a frame, for the framing `messages`, in place of `packet.fields`.
+    /// The messages that make a frame, in place of `packet.fields`; in other framings than
+    /// `messages` packets of several kinds, which marks or their length tell apart.
     #[serde(default, rename = "message")]
     pub messages: Vec<Message>,
     /// A decoder of this program, in place of `packet`, for packets that describe themselves.
@@ -48,6 +49,20 @@ pub struct BoardFile {
     /// otherwise one row.
     #[serde(default)]
     pub layout: Option<GridOfChannels>,
+    /// What the readings do under pressure, where no sensor file says it; default they rise.
+    #[serde(default)]
+    pub pressed: Pressed,
+}
+
+/// What readings do under pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pressed {
+    /// They grow.
+    #[default]
+    Rises,
+    /// They fall.
+    Falls,
 }
 
 /// Rows and columns of the channels.
@@ -91,13 +106,15 @@ pub struct Lines {
     /// What nothing between two delimiters is; default that delimiters in a run count as one.
     pub empty: Option<Empty>,
     /// The line: words that must be there, and in braces what stands between them: `{value x}`,
-    /// `{value c1..c4 pF}`, `{sequence}`, `{time ms}`, `{skip}`. One text, or a list of several
+    /// `{value c1..c4 pF}`, `{sequence}`, `{time ms}`, `{address}`, `{skip}`. One text, or a list of several
     /// kinds of lines. Default: the fields of `packet` in their order.
     #[serde(deserialize_with = "one_or_several::texts")]
     #[schemars(with = "one_or_several::Texts")]
     pub template: Vec<String>,
     /// When the lines of several templates make a frame; default with each line.
     pub frame: FrameEnd,
+    /// Lines of a frame that follow each other, one a row, with a blank line behind the last.
+    pub rows: Option<usize>,
     /// Decimal sign; default a point.
     pub decimal: Decimal,
     /// Longest line in bytes; default 65536.
@@ -246,7 +263,7 @@ pub struct Messages {
 #[serde(rename_all = "snake_case")]
 pub enum Carrier {
     /// CAN messages as text, one in a line: SLCAN such as `t71380081f679d0753c00`, or what
-    /// `candump` and `candump -L` print.
+    /// `candump` prints, with `-L`, `-a`, `-x` or `-t` too. Those of CAN FD have up to 64 bytes.
     Can,
     /// JSON objects, with a line feed between them or with nothing.
     Json,
@@ -296,6 +313,9 @@ pub struct Message {
     pub order: Option<Order>,
     /// Its fields, as those of `packet`.
     pub fields: Vec<Field>,
+    /// The frames of one JSON message, where it holds a list of several.
+    #[serde(default)]
+    pub samples: Option<Samples>,
     /// A check of the bytes of a CAN message.
     #[serde(default)]
     pub check: Option<Check>,
@@ -385,6 +405,37 @@ pub struct Packet {
     #[serde(deserialize_with = "one_or_several::step")]
     #[schemars(with = "Option<f64>")]
     pub step_limit: Option<f64>,
+    /// The frames of one packet, where it holds several: the fields from the first value to the
+    /// last come again for each.
+    pub samples: Option<Samples>,
+}
+
+/// Several frames in one packet or message.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Samples {
+    /// How many; of a JSON message needed only where its sequence counts messages.
+    pub count: Option<usize>,
+    /// Where the list of them stands in a JSON message; the keys of the fields begin in each of
+    /// its entries.
+    pub key: Option<String>,
+    /// Time from one to the next; default by the rate.
+    #[serde(deserialize_with = "time")]
+    #[schemars(with = "Option<quantity::Checked<PositiveTime>>")]
+    pub every: Option<f64>,
+    /// Which of them the time of the packet is that of; default the last.
+    pub stamp: Stamped,
+}
+
+/// Which of several frames has the time of their packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stamped {
+    /// The first.
+    First,
+    /// The last.
+    #[default]
+    Last,
 }
 
 /// A check of a packet.

@@ -105,6 +105,19 @@ impl Board {
                     "packet.fields",
                 ));
             }
+            if let Some(samples) = self.samples {
+                let frames = format!(
+                    "{}, {} ms apart",
+                    samples.count,
+                    short(samples.every_ns * 1e-6)
+                );
+                facts.push(fact(
+                    "packet",
+                    "frames_of_a_packet",
+                    text(&frames),
+                    "packet.samples",
+                ));
+            }
             if let Some(check) = &layout.check {
                 facts.push(fact(
                     "packet",

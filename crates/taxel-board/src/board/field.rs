@@ -59,8 +59,8 @@ pub struct Field {
     #[serde(default)]
     #[schemars(with = "Option<[Amount; 2]>")]
     pub range: Option<[Amount; 2]>,
-    /// What stands where there is no reading: a number, or several, and in text words such as
-    /// `over`.
+    /// What stands where there is no reading: a number, or several, in which `[4090, 4095]` is all
+    /// from one to the other; and in text words such as `over`.
     #[serde(default, deserialize_with = "one_or_several::missing")]
     #[schemars(with = "Option<one_or_several::Missings>")]
     pub missing: Vec<Missing>,
@@ -80,13 +80,16 @@ pub struct Field {
     /// First address; default 0.
     #[serde(default)]
     pub first: Option<i64>,
+    /// What a sequence counts, where a frame has several packets or messages; default frames.
+    #[serde(default)]
+    pub counts: Option<CountedBySequence>,
     /// Where it stands in a JSON message: keys, and places in lists, with `/` between them.
     #[serde(default)]
     pub key: Option<String>,
     /// How its numbers are written as text, in lines and in JSON messages; default decimal.
     #[serde(default)]
     pub digits: Option<Digits>,
-    /// Of a sequence: from one number to the next; default 1.
+    /// Of a sequence or an address: from one number to the next; default 1.
     #[serde(default)]
     pub step: Option<u64>,
     /// Of a sequence: the number behind its largest, at which it begins again from 0; default
@@ -145,6 +148,7 @@ impl Field {
             (self.equals.is_some(), "equals"),
             (self.count.is_some(), "count"),
             (self.first.is_some(), "first"),
+            (self.counts.is_some(), "counts"),
             (self.key.is_some(), "key"),
             (self.digits.is_some(), "digits"),
             (self.step.is_some(), "step"),
@@ -206,13 +210,13 @@ fn keys(is: Is, within: Within) -> Vec<&'static [&'static str]> {
     let bytes = within == Within::Bytes;
     match is {
         Is::Value => vec![VALUE, place],
-        Is::Sequence => vec![place, &["step", "modulus", "repeats"]],
+        Is::Sequence => vec![place, &["step", "modulus", "repeats", "counts"]],
         Is::Time => vec![place, &["unit", "scale"]],
         Is::Status if within == Within::Line => vec![place, &["good"]],
         Is::Status => vec![place, &["name", "good", "bits"]],
         Is::Mark => vec![&["bytes", "at", "equals"]],
         Is::Skip if bytes => vec![&["bytes", "type", "at", "bit"]],
-        Is::Address => vec![place, &["count", "first"]],
+        Is::Address => vec![place, &["count", "first", "step"]],
         Is::Check => vec![&["at"]],
         Is::Skip => Vec::new(),
     }
@@ -238,6 +242,17 @@ pub enum Is {
     Address,
     /// The check.
     Check,
+}
+
+/// What a sequence counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CountedBySequence {
+    /// Each frame: its packets have one number.
+    #[default]
+    Frames,
+    /// Each packet: those of a frame follow each other in the order of their addresses.
+    Packets,
 }
 
 /// How numbers are written as text.
@@ -266,7 +281,12 @@ pub enum Type {
     Bits(u32),
     /// Whole number with sign, bits.
     SignedBits(u32),
+    /// Whole number without sign, seven bits in each of so many bytes.
+    Sevens(usize),
 }
+
+/// Most bytes of seven bits: their number is one of 56 bits.
+const MOST_SEVENS: u32 = 8;
 
 impl Type {
     /// Names of the types.
@@ -285,19 +305,27 @@ impl Type {
         ("f64", Self::F64),
     ];
 
-    /// Its size in bits.
+    /// Its size on the wire in bits.
     pub fn bits(self) -> usize {
         match self {
-            Self::Unsigned(bytes) | Self::Signed(bytes) => 8 * bytes,
+            Self::Unsigned(bytes) | Self::Signed(bytes) | Self::Sevens(bytes) => 8 * bytes,
             Self::F32 => 32,
             Self::F64 => 64,
             Self::Bits(bits) | Self::SignedBits(bits) => bits as usize,
         }
     }
 
+    /// Bits of its number.
+    pub(crate) fn number_bits(self) -> usize {
+        match self {
+            Self::Sevens(bytes) => 7 * bytes,
+            kind => kind.bits(),
+        }
+    }
+
     /// Least and largest number of a whole type.
     pub(crate) fn limits(self) -> [f64; 2] {
-        let bits = self.bits() as f64;
+        let bits = self.number_bits() as f64;
         match self {
             Self::Signed(_) | Self::SignedBits(_) => {
                 let top = (bits - 1.0).exp2();
@@ -314,7 +342,7 @@ impl Type {
 
     /// True for whole numbers without sign.
     pub fn is_unsigned(self) -> bool {
-        matches!(self, Self::Unsigned(_) | Self::Bits(_))
+        matches!(self, Self::Unsigned(_) | Self::Bits(_) | Self::Sevens(_))
     }
 
     /// True for floating point.
@@ -333,6 +361,10 @@ impl Type {
         bits("bits(")
             .map(Self::Bits)
             .or_else(|| bits("signed_bits(").map(Self::SignedBits))
+            .or_else(|| {
+                let bytes = bits("sevens(").filter(|bytes| (2..=MOST_SEVENS).contains(bytes));
+                bytes.map(|bytes| Self::Sevens(bytes as usize))
+            })
     }
 }
 
@@ -341,6 +373,7 @@ impl fmt::Display for Type {
         match self {
             Self::Bits(bits) => write!(f, "bits({bits})"),
             Self::SignedBits(bits) => write!(f, "signed_bits({bits})"),
+            Self::Sevens(bytes) => write!(f, "sevens({bytes})"),
             kind => {
                 let name = Self::NAMES.iter().find(|(_, other)| other == kind);
                 f.write_str(name.map_or("", |(name, _)| name))
@@ -355,7 +388,7 @@ impl<'de> Deserialize<'de> for Type {
         Self::parse(&text).ok_or_else(|| {
             let names: Vec<_> = Self::NAMES.iter().map(|(name, _)| *name).collect();
             serde::de::Error::custom(format!(
-                "\"{text}\" is no type; use one of: {}, bits(1) to bits(32), signed_bits(1) to signed_bits(32)",
+                "\"{text}\" is no type; use one of: {}, bits(1) to bits(32), signed_bits(1) to signed_bits(32), sevens(2) to sevens({MOST_SEVENS})",
                 names.join(", ")
             ))
         })
@@ -372,7 +405,7 @@ impl JsonSchema for Type {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({"type": "string", "pattern": r"^([ui](8|16|24|32|64)|f32|f64|(signed_)?bits\([0-9]+\))$",
-            "description": "u8, i8, u16, i16, u24, i24, u32, i32, u64, i64, f32, f64, bits(n) or signed_bits(n)"})
+        json_schema!({"type": "string", "pattern": r"^([ui](8|16|24|32|64)|f32|f64|(signed_)?bits\([0-9]+\)|sevens\([2-8]\))$",
+            "description": "u8, i8, u16, i16, u24, i24, u32, i32, u64, i64, f32, f64, bits(n), signed_bits(n), or sevens(n): seven bits in each of n bytes"})
     }
 }

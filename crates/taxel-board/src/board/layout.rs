@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::field::Type;
+use super::ValueOfBoard;
+use super::field::{Field, Type};
 use super::order::Order;
 use crate::check::CheckKind;
 use crate::pattern::BytePattern;
@@ -23,7 +24,50 @@ pub(crate) struct PacketLayout {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct AddressRange {
     pub(crate) first: i64,
+    /// From one to the next.
+    pub(crate) step: i64,
     pub(crate) count: usize,
+}
+
+impl AddressRange {
+    /// What a field says of the addresses of a frame.
+    pub(crate) fn of(field: &Field) -> Self {
+        let step = field.step.and_then(|step| i64::try_from(step).ok());
+        Self {
+            first: field.first.unwrap_or(0),
+            step: step.unwrap_or(1),
+            count: field.count.unwrap_or(1),
+        }
+    }
+
+    /// All addresses in order.
+    pub(crate) fn all(self) -> impl Iterator<Item = i64> {
+        (0..self.count).map(move |slot| self.at(slot))
+    }
+
+    /// The address of this place.
+    pub(crate) fn at(self, slot: usize) -> i64 {
+        self.first
+            .saturating_add(self.step.saturating_mul(slot.cast_signed() as i64))
+    }
+
+    /// Place of an address; `None` for one that no frame has.
+    pub(crate) fn slot(self, address: i64) -> Option<usize> {
+        let behind = address.checked_sub(self.first)?;
+        let slot = usize::try_from(behind / self.step).ok()?;
+        (behind % self.step == 0 && slot < self.count).then_some(slot)
+    }
+
+    /// The values of all packets, with the address behind the name of each of `own`.
+    pub(crate) fn values(self, own: &[ValueOfBoard]) -> Vec<ValueOfBoard> {
+        let named = |address: i64| {
+            own.iter().map(move |value| ValueOfBoard {
+                name: format!("{}.{address}", value.name),
+                unit: value.unit.clone(),
+            })
+        };
+        self.all().flat_map(named).collect()
+    }
 }
 
 /// When the packets or messages of a frame make it whole.
@@ -91,7 +135,8 @@ pub(crate) struct Conversion {
     pub(crate) mask: Option<u64>,
     pub(crate) shift: u32,
     pub(crate) invert_from: Option<f64>,
-    pub(crate) missing: Vec<f64>,
+    /// Numbers that stand for a missing value, from the first to the second of each pair.
+    pub(crate) missing: Vec<[f64; 2]>,
     /// Words that stand for a missing value, in text.
     pub(crate) missing_words: Vec<String>,
     /// SI value of one step.
@@ -111,6 +156,8 @@ pub(crate) struct Counting {
     pub(crate) modulus: Option<u64>,
     /// Frames of the same number.
     pub(crate) repeats: u64,
+    /// True if each packet of a frame has its own number.
+    pub(crate) packets: bool,
 }
 
 impl Counting {
@@ -119,6 +166,7 @@ impl Counting {
         step: 1,
         modulus: None,
         repeats: 1,
+        packets: false,
     };
 }
 
@@ -146,7 +194,8 @@ impl Conversion {
 
     /// The value of a number, SI; NaN where it is missing; `None` outside its range.
     pub(crate) fn value(&self, number: f64) -> Option<f64> {
-        if self.missing.contains(&number) {
+        let stands = |[low, high]: &[f64; 2]| (*low..=*high).contains(&number);
+        if self.missing.iter().any(stands) {
             return Some(f64::NAN);
         }
         let number = match self.mask {
@@ -173,7 +222,7 @@ impl Conversion {
     /// The number of a value, the inverse of [`Self::value`] up to rounding.
     pub(crate) fn number(&self, value: f64) -> f64 {
         if value.is_nan() {
-            return self.missing.first().copied().unwrap_or(f64::NAN);
+            return self.missing.first().map_or(f64::NAN, |[low, _]| *low);
         }
         let number = (value - self.offset) / self.scale;
         let number = self.invert_from.map_or(number, |from| from - number);
@@ -228,7 +277,7 @@ impl PlacedField {
                 let shift = 64 - bits;
                 ((whole << shift).cast_signed() >> shift) as f64
             }
-            Type::Unsigned(_) | Type::Bits(_) => self.whole(packet) as f64,
+            Type::Unsigned(_) | Type::Bits(_) | Type::Sevens(_) => self.whole(packet) as f64,
         }
     }
 
@@ -246,7 +295,10 @@ impl PlacedField {
             });
         }
         let bytes = &packet[self.bit / 8..][..bits / 8];
-        self.order.join(bytes)
+        match self.kind {
+            Type::Sevens(_) => self.order.join_bits(bytes, 7),
+            _ => self.order.join(bytes),
+        }
     }
 
     /// Writes its bits.
@@ -271,14 +323,18 @@ impl PlacedField {
                 Order::Little => place,
                 Order::Big => count - 1 - place,
             };
-            *byte = (whole >> (8 * low)) as u8;
+            *byte = match self.kind {
+                // The highest bit is none of the number.
+                Type::Sevens(_) => *byte & 0x80 | (whole >> (7 * low)) as u8 & 0x7f,
+                _ => (whole >> (8 * low)) as u8,
+            };
         }
     }
 
     /// Writes a number; one that the type does not hold is its nearest. A missing number of a
     /// whole type is 0.
     pub(crate) fn put_number(&self, number: f64, packet: &mut [u8]) {
-        let bits = self.kind.bits() as f64;
+        let bits = self.kind.number_bits() as f64;
         let whole = match self.kind {
             Type::F32 => u64::from((number as f32).to_bits()),
             Type::F64 => number.to_bits(),
@@ -287,7 +343,7 @@ impl PlacedField {
                 let within = number.round().clamp(-top, top - 1.0);
                 (within as i64).cast_unsigned()
             }
-            Type::Unsigned(_) | Type::Bits(_) => {
+            Type::Unsigned(_) | Type::Bits(_) | Type::Sevens(_) => {
                 number.round().clamp(0.0, bits.exp2() - 1.0) as u64
             }
         };

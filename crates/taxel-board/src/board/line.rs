@@ -2,12 +2,12 @@
 
 use super::description::{Decimal, Empty, FrameEnd, Lines, Packet};
 use super::field::{Digits, Field, Is, Type, Within};
-use super::layout::{Conversion, Counting};
+use super::layout::{AddressRange, Conversion, Counting};
 use super::rules::{self, Broken, broken};
 use super::template::{Part, Template};
 use super::text_number::{TextNumber, is_no_number};
 use super::{Format, LONGEST_LINE, ValueOfBoard, unit};
-use crate::names;
+use crate::names::{self, MOST_VALUES};
 
 /// How lines are read and written.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,10 @@ pub(crate) struct LineFormat {
     empty: Option<Empty>,
     decimal: Decimal,
     values: Vec<TextValue>,
+    /// The lines of a frame, where each says which it is or a blank line stands before the first.
+    pub(crate) address: Option<AddressRange>,
+    /// True if a blank line stands between two frames.
+    pub(crate) by_blank_lines: bool,
 }
 
 /// How a value is written, and what its number means.
@@ -42,6 +46,7 @@ enum Piece {
     Time(f64, TextNumber),
     /// A status, and which are good; any where there is none.
     Status(TextNumber, Vec<u64>),
+    Address(TextNumber),
     Skip,
 }
 
@@ -58,6 +63,8 @@ pub(crate) struct LineReading {
     pub(crate) out_of_range: bool,
     /// True if its status is not good.
     pub(crate) bad_status: bool,
+    /// Which line of a frame it is, where it says so.
+    pub(crate) slot: Option<usize>,
 }
 
 pub(super) fn resolve(
@@ -113,6 +120,17 @@ pub(super) fn resolve(
         let help = "say framing.lines.frame = \"last\": the line of the last template with a value completes the frame";
         return Err(broken(&[&"framing", &"lines", &"template"], message, help));
     }
+    let address = match lines.rows {
+        None => address(packet, &templates, several)?,
+        Some(rows) => Some(counted_rows(rows, packet, &templates)?),
+    };
+    if let Some(address) = address {
+        values = address.values(&values);
+        if values.len() > MOST_VALUES {
+            let message = format!("a frame has more than {MOST_VALUES} values");
+            return Err(broken(&[&"packet", &"fields"], message, ""));
+        }
+    }
     let delimiters: Vec<char> = match &lines.delimiters {
         None if lines.decimal == Decimal::Comma => " \t;".chars().collect(),
         None => " \t,;".chars().collect(),
@@ -147,8 +165,65 @@ pub(super) fn resolve(
         empty: lines.empty,
         decimal: lines.decimal,
         values: texts,
+        address,
+        by_blank_lines: lines.rows.is_some(),
     };
     Ok((Format::Lines(format), values))
+}
+
+/// The lines of a frame that follow each other.
+fn counted_rows(
+    rows: usize,
+    packet: &Packet,
+    templates: &[Vec<Piece>],
+) -> Result<AddressRange, Broken> {
+    let at = |message: String, help: &str| broken(&[&"framing", &"lines", &"rows"], message, help);
+    if !(2..=MOST_VALUES).contains(&rows) {
+        let message =
+            format!("{rows} is out of range: must be at least 2 and at most {MOST_VALUES}");
+        return Err(at(message, ""));
+    }
+    let addressed = packet.fields.iter().any(|field| field.is == Is::Address);
+    if addressed || templates.len() > 1 {
+        let message = "rows that follow each other are lines of one kind without an address";
+        return Err(at(message.into(), "leave it out, or write one template"));
+    }
+    Ok(AddressRange {
+        first: 0,
+        step: 1,
+        count: rows,
+    })
+}
+
+/// The addresses of the lines of a frame, where lines have one.
+fn address(
+    packet: &Packet,
+    templates: &[Vec<Piece>],
+    several: bool,
+) -> Result<Option<AddressRange>, Broken> {
+    let field = packet
+        .fields
+        .iter()
+        .position(|field| field.is == Is::Address);
+    let is_address = |piece: &Piece| matches!(piece, Piece::Address(_));
+    let named = templates.iter().flatten().any(is_address);
+    let at = |place: usize, message: &str, help: &str| {
+        broken(&[&"packet", &"fields", &place, &"is"], message, help)
+    };
+    match (field, named) {
+        (None, false) => Ok(None),
+        (None, true) => {
+            let message = "how many lines make a frame?";
+            let help = "add packet.fields = [{ is = \"address\", count = 8 }]; and first and step where they are not 0 and 1";
+            Err(broken(&[&"framing", &"lines", &"template"], message, help))
+        }
+        (Some(place), false) => Err(at(place, "no template has it", "write {address} in it")),
+        (Some(place), true) if several => {
+            let message = "lines of several templates have no address";
+            Err(at(place, message, "write one template with {address}"))
+        }
+        (Some(place), true) => Ok(Some(AddressRange::of(&packet.fields[place]))),
+    }
 }
 
 /// The pieces of a line whose numbers are the fields in order.
@@ -179,15 +254,15 @@ fn of_fields(
                     values.push(value);
                 }
             }
-            Is::Sequence | Is::Time
+            Is::Sequence | Is::Time | Is::Address
                 if packet.fields[..place]
                     .iter()
                     .any(|other| other.is == field.is) =>
             {
-                let second = if field.is == Is::Time {
-                    "time"
-                } else {
-                    "sequence"
+                let second = match field.is {
+                    Is::Time => "time",
+                    Is::Address => "address",
+                    _ => "sequence",
                 };
                 return Err(at("is", format!("a second {second}; a line has one")));
             }
@@ -206,10 +281,12 @@ fn of_fields(
                 pieces.push(Piece::Status(TextNumber::of(field), field.good.clone()));
             }
             Is::Skip => pieces.push(Piece::Skip),
-            Is::Mark | Is::Address | Is::Check => {
+            Is::Address => pieces.push(Piece::Address(TextNumber::of(field))),
+            Is::Mark | Is::Check => {
                 return Err(at(
                     "is",
-                    "a line holds values, a sequence, a time and what is skipped".into(),
+                    "a line holds values, a sequence, a time, an address and what is skipped"
+                        .into(),
                 ));
             }
         }
@@ -280,6 +357,7 @@ fn of_templates(
                     pieces.push(Piece::Sequence(TextNumber::default(), Counting::PLAIN));
                 }
                 Part::Time(step) => pieces.push(Piece::Time(step, TextNumber::default())),
+                Part::Address => pieces.push(Piece::Address(TextNumber::default())),
                 Part::Skip => pieces.push(Piece::Skip),
             }
         }
@@ -292,7 +370,7 @@ fn of_templates(
         let at = |key: &'static str, message: String| {
             broken(&[&"packet", &"fields", &place, &key], message, "")
         };
-        if matches!(field.is, Is::Sequence | Is::Time) {
+        if matches!(field.is, Is::Sequence | Is::Time | Is::Address) {
             if packet.fields[..place]
                 .iter()
                 .any(|other| other.is == field.is)
@@ -306,7 +384,7 @@ fn of_templates(
         }
         if field.is != Is::Value {
             let message =
-                "beside a template, fields only say more of its values, sequence and time";
+                "beside a template, fields only say more of its values, sequence, time and address";
             return Err(at("is", message.into()));
         }
         let names = names::expanded(field.name.as_deref().unwrap_or(""))
@@ -358,6 +436,10 @@ fn say_more(all: &mut [Vec<Piece>], field: &Field, place: usize) -> Result<bool,
                 (*step, *text) = (unit.unwrap_or(*step) * scale, text_of_field);
                 found = true;
             }
+            Piece::Address(text) if field.is == Is::Address => {
+                *text = text_of_field;
+                found = true;
+            }
             _ => {}
         }
     }
@@ -385,7 +467,7 @@ impl LineFormat {
 
     /// Type, where it has one, and conversion of a value.
     pub(crate) fn value(&self, place: usize) -> Option<(Option<Type>, &Conversion)> {
-        let value = self.values.get(place)?;
+        let value = self.values.get(place % self.values.len().max(1))?;
         Some((value.text.kind, &value.conversion))
     }
 
@@ -393,11 +475,10 @@ impl LineFormat {
     /// were looked at, and to the next; `None` before it ends.
     pub(crate) fn line_end(&self, bytes: &[u8], searched: usize) -> Option<(usize, usize)> {
         let Some(end) = &self.end else {
+            // Where a blank line counts, none stands between the two bytes of one end.
+            let is_end = |byte: u8| byte == b'\n' || (byte == b'\r' && !self.by_blank_lines);
             let ends = bytes[searched..].iter();
-            let at = searched
-                + ends
-                    .clone()
-                    .position(|byte| matches!(byte, b'\n' | b'\r'))?;
+            let at = searched + ends.clone().position(|byte| is_end(*byte))?;
             return Some((at, at + 1));
         };
         // An end may have begun before.
@@ -478,6 +559,11 @@ impl LineFormat {
                     reading.time = Some(time).filter(|time| time.is_finite());
                     reading.time?;
                 }
+                Piece::Address(text) => {
+                    let address = text.read(token.trim())?;
+                    reading.slot = self.address?.slot(address as i64);
+                    (address.fract() == 0.0 && reading.slot.is_some()).then_some(())?;
+                }
                 Piece::Status(text, good) => {
                     let status = text.whole(token.trim())?;
                     reading.bad_status |= !good.is_empty() && !good.contains(&status);
@@ -556,8 +642,36 @@ impl LineFormat {
         is_no_number(token).then_some(f64::NAN)
     }
 
-    /// The lines of a frame.
-    pub(crate) fn write(&self, values: &[f64], sequence: u64, time_ns: u64, out: &mut Vec<u8>) {
+    /// Values of one line, where the lines of a frame have addresses.
+    pub(crate) fn values_of_line(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The lines of a frame, whose counter reads `sequence` in the line of a place.
+    pub(crate) fn write(
+        &self,
+        values: &[f64],
+        sequence: impl Fn(usize) -> u64,
+        time_ns: u64,
+        out: &mut Vec<u8>,
+    ) {
+        for slot in 0..self.address.map_or(1, |address| address.count) {
+            let own = &values[slot * self.values.len()..];
+            self.write_line(slot, own, sequence(slot), time_ns, out);
+        }
+        if self.by_blank_lines {
+            out.extend_from_slice(self.end.as_deref().unwrap_or(b"\r\n"));
+        }
+    }
+
+    fn write_line(
+        &self,
+        slot: usize,
+        values: &[f64],
+        sequence: u64,
+        time_ns: u64,
+        out: &mut Vec<u8>,
+    ) {
         for pieces in &self.templates {
             let mut line = String::new();
             let mut behind_number = false;
@@ -591,6 +705,10 @@ impl LineFormat {
                     Piece::Status(text, good) => {
                         let good = good.first().copied().unwrap_or(0);
                         line.push_str(&text.write(good as f64));
+                    }
+                    Piece::Address(text) => {
+                        let address = self.address.map_or(0, |address| address.at(slot));
+                        line.push_str(&text.write(address as f64));
                     }
                     Piece::Skip => line.push('0'),
                     Piece::Words(_) => {}

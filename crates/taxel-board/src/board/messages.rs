@@ -11,13 +11,13 @@ use crate::names::{self, MOST_VALUES};
 /// Largest id of a CAN message with 11 bits, and with 29.
 pub(crate) const LARGEST_STANDARD_ID: u64 = 0x7ff;
 const LARGEST_EXTENDED_ID: u64 = 0x1fff_ffff;
-/// Most bytes of a CAN message.
-pub(crate) const MOST_CAN_BYTES: usize = 8;
+/// Most bytes of a CAN message, and of one that is not of CAN FD.
+pub(crate) const MOST_CAN_BYTES: usize = 64;
+pub(crate) const MOST_CLASSICAL: usize = 8;
 
 /// How messages are read and written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MessageFormat {
-    pub(crate) carrier: Carrier,
     pub(crate) longest: usize,
     pub(crate) messages: Vec<MessageLayout>,
     pub(crate) rule: FrameRule,
@@ -30,6 +30,8 @@ pub(crate) struct MessageLayout {
     pub(crate) extended: bool,
     pub(crate) key: Option<String>,
     pub(crate) length: Option<usize>,
+    /// JSON pointer of the list of its samples, where it holds several frames.
+    pub(crate) samples: Option<String>,
     pub(crate) body: Body,
     /// Place of its first message in a frame.
     pub(crate) first_slot: usize,
@@ -106,6 +108,40 @@ impl MessageFormat {
         }
     }
 
+    /// Those of bytes.
+    pub(crate) fn layouts(&self) -> impl Iterator<Item = &PacketLayout> {
+        self.messages
+            .iter()
+            .filter_map(|message| match &message.body {
+                Body::Bytes(layout) => Some(layout),
+                Body::Json(_) => None,
+            })
+    }
+
+    /// Its messages in words, place by place.
+    pub(crate) fn slot_names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for (number, message) in self.messages.iter().enumerate() {
+            let addresses = match &message.body {
+                Body::Bytes(layout) => layout.address,
+                Body::Json(_) => None,
+            };
+            for slot in 0..message.slots() {
+                let id = message.ids.get(slot / message.addresses);
+                let key = || message.key.clone();
+                let id = id.map(ToString::to_string).or_else(key);
+                let address = addresses.map(|range| range.at(slot % message.addresses).to_string());
+                let of_message = || format!("[[message]] {}", number + 1);
+                names.push(match (id, address) {
+                    (Some(id), Some(address)) => format!("{id} {address}"),
+                    (Some(one), None) | (None, Some(one)) => one,
+                    (None, None) => of_message(),
+                });
+            }
+        }
+        names
+    }
+
     /// Numbers of the counter before it begins again.
     pub(crate) fn counter(&self) -> Option<Counter> {
         self.messages
@@ -149,16 +185,97 @@ impl MessageFormat {
     }
 }
 
+/// Packets of several kinds in one framing, which marks or their length tell apart.
+pub(super) fn of_packets(
+    framing: &Framing,
+    described: &[Message],
+    packet: &Packet,
+) -> Result<(MessageFormat, Vec<ValueOfBoard>), Broken> {
+    refuse_fields(packet)?;
+    let mut messages: Vec<MessageLayout> = Vec::new();
+    let mut values = Vec::new();
+    for (place, message) in described.iter().enumerate() {
+        for (given, key) in [
+            (!message.id.is_empty(), "id"),
+            (message.id_range.is_some(), "id_range"),
+            (message.first.is_some(), "first"),
+            (message.extended.is_some(), "extended"),
+            (message.key.is_some(), "key"),
+            (message.length.is_some(), "length"),
+            (message.samples.is_some(), "samples"),
+        ] {
+            if given {
+                let text = "packets are told apart by marks in their fields, or by their length";
+                return Err(broken(&[&"message", &place, &key], text, "leave it out"));
+            }
+        }
+        let (layout, own) = placement::layout(framing, &packet_of(message, packet))
+            .map_err(|broken| broken.in_message(place))?;
+        let alike = |other: &&MessageLayout| match &other.body {
+            Body::Bytes(other) => {
+                other.length == layout.length && !(other.has_marks() && layout.has_marks())
+            }
+            Body::Json(_) => false,
+        };
+        if messages.iter().find(alike).is_some() {
+            let text = format!(
+                "nothing tells it from another packet of {} bytes",
+                layout.length
+            );
+            let help = "give both a mark, such as { is = \"mark\", equals = \"02\" }";
+            return Err(broken(&[&"message", &place, &"fields"], text, help));
+        }
+        let addresses = layout.address.map_or(1, |address| address.count);
+        let layout = MessageLayout {
+            ids: Vec::new(),
+            extended: false,
+            key: None,
+            length: None,
+            samples: None,
+            first_slot: messages.iter().map(MessageLayout::slots).sum(),
+            first_value: values.len(),
+            values: own.len() / addresses,
+            addresses,
+            body: Body::Bytes(layout),
+        };
+        add_values(&mut values, &own, message, &layout, place)?;
+        messages.push(layout);
+    }
+    let slots = messages.iter().map(MessageLayout::slots).sum();
+    let format = MessageFormat {
+        longest: LONGEST_PACKET,
+        rule: FrameRule::all(slots, values.len()),
+        messages,
+    };
+    Ok((format, values))
+}
+
+/// A message as a packet.
+fn packet_of(message: &Message, packet: &Packet) -> Packet {
+    Packet {
+        order: message.order.or(packet.order),
+        fields: message.fields.clone(),
+        check: message.check.clone(),
+        step_limit: None,
+        samples: None,
+    }
+}
+
+fn refuse_fields(packet: &Packet) -> Result<(), Broken> {
+    if packet.fields.is_empty() && packet.check.is_none() {
+        return Ok(());
+    }
+    let message = "the fields of messages stand in the messages";
+    let help = "write [[message]] with its fields";
+    Err(broken(&[&"packet"], message, help))
+}
+
 pub(super) fn resolve(
     framing: &Messages,
     described: &[Message],
     packet: &Packet,
 ) -> Result<(Format, Vec<ValueOfBoard>), Broken> {
-    if !packet.fields.is_empty() || packet.check.is_some() {
-        let message = "the fields of messages stand in the messages";
-        let help = "write [[message]] with id and fields";
-        return Err(broken(&[&"packet"], message, help));
-    }
+    refuse_fields(packet)?;
     if described.is_empty() {
         let help = "add [[message]] with id, or key for JSON, and fields";
         return Err(broken(
@@ -194,6 +311,7 @@ pub(super) fn resolve(
             extended,
             key: message.key.as_deref().map(pointer),
             length: message.length,
+            samples: samples_key(message).map(pointer),
             first_slot: slots,
             first_value: values.len(),
             values: own.len() / addresses,
@@ -211,7 +329,6 @@ pub(super) fn resolve(
     }
     let rule = frame_rule(&framing.frame, &messages, slots, values.len())?;
     let format = MessageFormat {
-        carrier: framing.carrier,
         longest,
         messages,
         rule,
@@ -308,12 +425,7 @@ fn of_can(
     packet: &Packet,
     place: usize,
 ) -> Result<(Body, Vec<ValueOfBoard>), Broken> {
-    let bytes = Packet {
-        order: message.order.or(packet.order),
-        fields: message.fields.clone(),
-        check: message.check.clone(),
-        step_limit: None,
-    };
+    let bytes = packet_of(message, packet);
     // Nothing stands around the bytes of a message.
     let nothing = Framing::Slip(Stuffed::default());
     let (layout, values) =
@@ -445,9 +557,14 @@ fn check_json(field: &Field) -> Result<(), (&'static str, String, &'static str)>
     Ok(())
 }
 
-/// JSON pointer (RFC 6901) of `1/data`.
+/// Where the samples of a message stand.
+fn samples_key(message: &Message) -> Option<&str> {
+    message.samples.as_ref()?.key.as_deref()
+}
+
+/// JSON pointer (RFC 6901) of `1/data`; nothing is the whole object.
 fn pointer(key: &str) -> String {
-    if key.starts_with('/') {
+    if key.starts_with('/') || key.is_empty() {
         key.to_owned()
     } else {
         format!("/{key}")

@@ -27,9 +27,11 @@ use crate::names;
 pub use class::{Class, Detection};
 pub use description::{
     BoardFile, BuiltIn, Carrier, Check, Cobs, Counted, Decimal, Empty, Fixed, FrameEnd, Framing,
-    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Stuffed,
+    Id, Length, Lines, Marked, Message, MessageFrame, Messages, Packet, Pressed, Samples, Stamped,
+    Stuffed,
 };
-pub use field::{Digits, Field, Is, Type};
+
+pub use field::{CountedBySequence, Digits, Field, Is, Type};
 pub use link::{Link, Network, Poll, Serial, Usb, UsbName};
 pub use one_or_several::{Amount, Missing, Missings, Texts, Whole, Wholes};
 pub use order::Order;
@@ -37,7 +39,7 @@ pub use order::Order;
 pub(crate) use resolve::counted;
 pub(crate) use rules::shortened;
 
-use layout::{Conversion, Counting, FrameRule, PacketLayout};
+use layout::{AddressRange, Conversion, Counting, FrameRule, PacketLayout};
 use line::LineFormat;
 use messages::MessageFormat;
 
@@ -100,6 +102,21 @@ pub struct Board {
     grid: Option<[usize; 2]>,
     /// Largest step that is believed at once, SI, value by value; `None` where it is learned.
     pub(crate) step_limit: Option<f64>,
+    /// The frames of one packet or message, where it holds several.
+    pub(crate) samples: Option<SampleTimes>,
+    /// What its readings do under pressure.
+    pub pressed: Pressed,
+}
+
+/// Frames that come in one packet or message.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SampleTimes {
+    /// How many; 1 where it is not said.
+    pub(crate) count: usize,
+    /// Time between two, ns.
+    pub(crate) every_ns: f64,
+    /// Which has the time of the packet.
+    pub(crate) stamp: Stamped,
 }
 
 /// One value of a board.
@@ -237,31 +254,74 @@ impl Board {
         }
     }
 
+    /// Step of each channel, SI: 0 for readings without steps, `NaN` where it is not known.
+    pub fn steps(&self) -> Vec<f64> {
+        let step = |place| match self.conversion(place) {
+            Some((Some(kind), _)) if kind.is_float() => 0.0,
+            Some((Some(_), conversion)) => conversion.scale.abs(),
+            _ => f64::NAN,
+        };
+        self.wired().into_iter().map(step).collect()
+    }
+
+    /// Number of the kind of each channel: those of one have the same unit, type and scale.
+    pub fn kinds(&self) -> Vec<usize> {
+        let mut kinds = Vec::new();
+        let kind = |place: usize| {
+            let typed = self.conversion(place);
+            let typed = typed.map(|(kind, conversion)| (kind, conversion.scale));
+            let this = (self.values[place].unit.clone(), typed);
+            let known = kinds.iter().position(|other| *other == this);
+            known.unwrap_or_else(|| {
+                kinds.push(this);
+                kinds.len() - 1
+            })
+        };
+        self.wired().into_iter().map(kind).collect()
+    }
+
     /// True if the wire carries text.
     pub fn carries_text(&self) -> bool {
-        matches!(self.format, Format::Lines(_) | Format::Messages(_))
+        matches!(self.framing, Framing::Lines(_) | Framing::Messages(_))
     }
 
     /// Bytes of one frame on the wire, where they are always as many.
     pub fn bytes_per_frame(&self) -> Option<usize> {
         match &self.format {
             Format::Packet(layout) => {
-                let packets = layout.address.map_or(1, |address| address.count);
-                // Stuffing adds one byte in 254, and the end.
-                let stuffed = match self.framing {
-                    Framing::Cobs(_) => layout.length / 254 + 2,
-                    Framing::Slip(_) => 2,
-                    _ => 0,
-                };
-                Some(packets * (layout.length + stuffed))
+                let frames = self.samples.map_or(1, |samples| samples.count);
+                Some(self.bytes_of(layout).div_ceil(frames))
             }
-            Format::Messages(messages) => messages.bytes_per_frame(),
+            Format::Messages(messages) => match self.framing {
+                Framing::Messages(_) => messages.bytes_per_frame(),
+                _ => Some(messages.layouts().map(|layout| self.bytes_of(layout)).sum()),
+            },
             Format::Lines(_) | Format::BuiltIn(_) => None,
         }
     }
 
+    /// Bytes of all packets of one kind on the wire.
+    fn bytes_of(&self, layout: &PacketLayout) -> usize {
+        let packets = layout.address.map_or(1, |address| address.count);
+        // Stuffing adds one byte in 254, and the end.
+        let stuffed = match self.framing {
+            Framing::Cobs(_) => layout.length / 254 + 2,
+            Framing::Slip(_) => 2,
+            _ => 0,
+        };
+        packets * (layout.length + stuffed)
+    }
+
     /// The counter of its frames, where it has one.
     pub(crate) fn counter(&self) -> Option<Counter> {
+        let mut counter = self.counter_on_wire().map(Counter::of_frames)?;
+        // The samples of a packet have its number.
+        counter.counting.repeats *= self.samples.map_or(1, |samples| samples.count as u64);
+        Some(counter)
+    }
+
+    /// Its counter as the wire has it: of frames, or of packets.
+    pub(crate) fn counter_on_wire(&self) -> Option<Counter> {
         let of_type = |(counting, kind)| Counter::new(counting, kind);
         match &self.format {
             Format::Packet(layout) => {
@@ -300,9 +360,24 @@ impl Board {
         let packets = match &self.format {
             Format::Messages(messages) => return messages.rule.clone(),
             Format::Packet(layout) => layout.address.map_or(1, |address| address.count),
-            Format::Lines(_) | Format::BuiltIn(_) => 1,
+            Format::Lines(lines) => lines.address.map_or(1, |address| address.count),
+            Format::BuiltIn(_) => 1,
         };
         FrameRule::all(packets, self.values.len())
+    }
+
+    /// The packets or messages of a frame in words, place by place.
+    pub(crate) fn slot_names(&self) -> Vec<String> {
+        let addresses = |address: Option<AddressRange>| match address {
+            Some(address) => address.all().map(|address| address.to_string()).collect(),
+            None => vec![String::new()],
+        };
+        match &self.format {
+            Format::Packet(layout) => addresses(layout.address),
+            Format::Lines(lines) => addresses(lines.address),
+            Format::Messages(messages) => messages.slot_names(),
+            Format::BuiltIn(_) => addresses(None),
+        }
     }
 
     /// Type, where it has one, and conversion of the value at `place`.
@@ -331,6 +406,20 @@ impl Counter {
         Self {
             counting,
             numbers: counting.modulus.or(whole.map(modulus)),
+        }
+    }
+
+    /// True if it counts packets, of which a frame has several.
+    pub(crate) fn counts_packets(&self) -> bool {
+        self.counting.packets
+    }
+
+    /// The counter of the frames of a counter of packets, which does not end.
+    fn of_frames(self) -> Self {
+        if self.counting.packets {
+            Self::new(Counting::PLAIN, None)
+        } else {
+            self
         }
     }
 
@@ -387,7 +476,7 @@ impl DeviceClock {
 
 /// Numbers of a whole type; a counter of 64 bits never comes to its end.
 fn modulus(kind: Type) -> u64 {
-    match kind.bits() {
+    match kind.number_bits() {
         bits @ 0..=62 => 1 << bits,
         _ => 1 << 62,
     }

@@ -77,15 +77,17 @@ pub(super) fn wholes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u
     }
 }
 
-/// What stands in the place of a reading: a number, or a word of a line.
+/// What stands in the place of a reading: a number, all from one to another, or a word of a line.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a number is needed here, or a word such as \"over\""
+    expecting = "a number is needed here, two in brackets for all between them, or a word such as \"over\""
 )]
 pub enum Missing {
     /// The number itself.
     Number(f64),
+    /// From the first to the second, such as an end of the range: `[4090, 4095]`.
+    Stretch([f64; 2]),
     /// A word.
     Word(String),
 }
@@ -94,11 +96,13 @@ pub enum Missing {
 #[derive(Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a number is needed here, or a word such as \"over\", or a list of them"
+    expecting = "a number is needed here, or a word such as \"over\", or a list of them, in which [4090, 4095] is all between two"
 )]
 pub enum Missings {
     /// One.
-    One(Missing),
+    Number(f64),
+    /// A word.
+    Word(String),
     /// Several.
     Several(Vec<Missing>),
 }
@@ -107,7 +111,8 @@ pub(super) fn missing<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Missing>, D::Error> {
     Ok(match Missings::deserialize(deserializer)? {
-        Missings::One(one) => vec![one],
+        Missings::Number(number) => vec![Missing::Number(number)],
+        Missings::Word(word) => vec![Missing::Word(word)],
         Missings::Several(several) => several,
     })
 }

@@ -22,18 +22,46 @@ pub(super) fn layout(
         taken: Vec::new(),
         fields: Vec::new(),
         values: Vec::new(),
+        sample: 0,
+        placed: 0,
         address: None,
         check_at: None,
     };
     // A head needs no field of its own.
-    let begins_with_mark = packet
-        .fields
-        .first()
-        .is_some_and(|field| field.is == Is::Mark || field.at.is_some());
+    let begins_with_mark = packet.fields.first().is_some_and(|field| {
+        let over_head = |equals: &BytePattern| head.is_none_or(|head| head.agrees(equals));
+        let is_head = field.is == Is::Mark && field.equals.as_ref().is_none_or(over_head);
+        is_head || field.at.is_some()
+    });
     if !begins_with_mark {
         places.next_bit = 8 * head.map_or(0, BytePattern::len);
     }
-    for place in 0..packet.fields.len() {
+    let count = packet.samples.as_ref().and_then(|samples| samples.count);
+    let is_value = |field: &Field| field.is == Is::Value;
+    let first = packet.fields.iter().position(is_value).unwrap_or(0);
+    let behind = packet
+        .fields
+        .iter()
+        .rposition(is_value)
+        .map_or(0, |last| last + 1);
+    if let Some(place) = (first..behind).find(|place| {
+        let field = &packet.fields[*place];
+        count.is_some() && (field.at.is_some() || field.bit.is_some())
+    }) {
+        let message = "what comes again for each sample stands behind what is before it";
+        let path: [&dyn std::fmt::Display; 3] = [&"packet", &"fields", &place];
+        return Err(broken(&path, message, "leave out `at` and `bit`"));
+    }
+    for place in 0..first {
+        places.add(place)?;
+    }
+    for sample in 0..count.unwrap_or(1) {
+        places.sample = sample;
+        for place in first..behind {
+            places.add(place)?;
+        }
+    }
+    for place in behind..packet.fields.len() {
         places.add(place)?;
     }
     places.finish(framing, tail)
@@ -60,7 +88,11 @@ struct Placement<'a> {
     /// First bit, bit behind the last, and field.
     taken: Vec<(usize, usize, usize)>,
     fields: Vec<PlacedField>,
+    /// Values of one frame.
     values: Vec<ValueOfBoard>,
+    /// The frame of the packet that is placed, and the values of all so far.
+    sample: usize,
+    placed: usize,
     address: Option<AddressRange>,
     check_at: Option<usize>,
 }
@@ -190,13 +222,6 @@ impl Placement<'_> {
                 "add one, such as name = \"c{1..4}\"",
             );
         }
-        if field.is == Is::Address && !matches!(field.count, Some(2..=MOST_VALUES)) {
-            return at(
-                "is",
-                "how many packets make a frame?",
-                "add count, from 2 to 4096, such as count = 8; and first where it is not 0",
-            );
-        }
         if field
             .bytes
             .is_some_and(|bytes| bytes == 0 || bytes > MOST_LONGEST)
@@ -290,7 +315,8 @@ impl Placement<'_> {
         let role = match field.is {
             Is::Value => {
                 let name = name.unwrap_or_default();
-                if self.values.iter().any(|value| value.name == name) {
+                let again = self.sample > 0;
+                if !again && self.values.iter().any(|value| value.name == name) {
                     let message = format!("a second value is called \"{name}\"");
                     return Err(at("name", message, "give each its own name".into()));
                 }
@@ -299,12 +325,15 @@ impl Placement<'_> {
                     at("unit", message, help)
                 })?;
                 let conversion = conversion(field, value.unit.si_per_unit, place)?;
-                self.values.push(value);
+                if !again {
+                    self.values.push(value);
+                }
+                self.placed += 1;
                 if self.values.len() > MOST_VALUES {
                     let message = format!("more than {MOST_VALUES} values");
                     return Err(at("name", message, String::new()));
                 }
-                Role::Value(self.values.len() - 1, conversion)
+                Role::Value(self.placed - 1, conversion)
             }
             Is::Sequence => {
                 only(&self.fields, "sequence", |role| {
@@ -333,10 +362,7 @@ impl Placement<'_> {
             }),
             Is::Address => {
                 only(&self.fields, "address", |role| *role == Role::Address)?;
-                self.address = Some(AddressRange {
-                    first: field.first.unwrap_or(0),
-                    count: field.count.unwrap_or(1),
-                });
+                self.address = Some(AddressRange::of(field));
                 Role::Address
             }
             Is::Mark => match &field.equals {
@@ -413,22 +439,14 @@ impl Placement<'_> {
             length = fixed.length;
         }
         self.check_marks(length, tail_bytes)?;
-        let values = self.values.len();
+        let values = self.placed;
         let check = check.map(|(mut placed, at)| {
             placed.from_end = length - at;
             placed
         });
         let values_of_board = match self.address {
             None => std::mem::take(&mut self.values),
-            Some(address) => (0..address.count)
-                .flat_map(|packet| {
-                    let number = address.first + packet.cast_signed() as i64;
-                    self.values.iter().map(move |value| ValueOfBoard {
-                        name: format!("{}.{number}", value.name),
-                        unit: value.unit.clone(),
-                    })
-                })
-                .collect(),
+            Some(address) => address.values(&self.values),
         };
         if values_of_board.len() > MOST_VALUES {
             let message = format!("a frame has more than {MOST_VALUES} values");
@@ -446,7 +464,7 @@ impl Placement<'_> {
         ))
     }
 
-    /// Refuses fields that lie over the head or the tail: what stands there is known.
+    /// Refuses fields that lie over what is known of the head, or over the tail.
     fn check_marks(&self, length: usize, tail: usize) -> Result<(), Broken> {
         let head = self.head.map_or(0, BytePattern::len);
         for (from, to, place) in &self.taken {
@@ -455,7 +473,9 @@ impl Placement<'_> {
                 continue;
             }
             let [first, last] = [from / 8, to.div_ceil(8)];
-            let what = match (first < head, last > length - tail.min(length)) {
+            let known = |pattern: &BytePattern| (first..last).any(|at| pattern.is_known(at));
+            let over_head = first < head && self.head.is_some_and(known);
+            let what = match (over_head, last > length - tail.min(length)) {
                 (true, _) => "head",
                 (_, true) => "tail",
                 _ => continue,

@@ -1,11 +1,13 @@
 //! From the board file as it is written to places and conversions; rules between keys.
 
-use super::description::{BoardFile, Counted, Framing};
-use super::field::Type;
+use super::description::{BoardFile, Carrier, Counted, Framing, Samples};
+use super::field::{Field, Is, Type};
 use super::layout::{PacketLayout, Role};
 use super::placement::layout;
 use super::rules::{Broken, broken, longest, shortened, value_of_board};
-use super::{Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, ValueOfBoard};
+use super::{
+    Board, Format, LONGEST_PACKET, MOST_LONGEST, SCHEMA_VERSION, SampleTimes, ValueOfBoard,
+};
 use super::{line, messages};
 use crate::names;
 
@@ -20,11 +22,12 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         return Err(broken(&[&"name"], "the name has 1 to 200 characters", help));
     }
     check_serial(file)?;
-    if !file.messages.is_empty() && !matches!(file.framing, Framing::Messages(_)) {
-        let message = "only the framing `messages` has messages";
-        let help = "write [framing.messages] with its carrier, or the fields in packet.fields";
+    if !file.messages.is_empty() && matches!(file.framing, Framing::Lines(_)) {
+        let message = "lines of several kinds are several templates";
+        let help = "list them in framing.lines.template";
         return Err(broken(&[&"message"], message, help));
     }
+    let samples = samples(file)?;
     let (format, values) = match (&file.framing, file.decoder) {
         (Framing::Lines(lines), None) => line::resolve(lines, &file.packet)?,
         (Framing::Lines(_) | Framing::Messages(_), Some(_)) => {
@@ -46,6 +49,13 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
         }
         (Framing::Messages(messages), None) => {
             messages::resolve(messages, &file.messages, &file.packet)?
+        }
+        (framing, None) if !file.messages.is_empty() => {
+            let (format, values) = messages::of_packets(framing, &file.messages, &file.packet)?;
+            for layout in format.layouts() {
+                check_framing(framing, layout)?;
+            }
+            (Format::Messages(format), values)
         }
         (framing, None) => {
             let (layout, values) = layout(framing, &file.packet)?;
@@ -69,22 +79,31 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
             wired.len()
         },
     )?;
-    if let (Some(rate), Some(serial)) = (file.rate, &file.link.serial)
+    let board = Board {
+        name: file.name.clone(),
+        rate: file.rate,
+        link: file.link.clone(),
+        framing: file.framing.clone(),
+        format,
+        values,
+        wired,
+        grid,
+        step_limit: file.packet.step_limit,
+        samples,
+        pressed: file.pressed,
+    };
+    check_rate(&board)?;
+    check_packets(file, &board)?;
+    Ok(board)
+}
+
+/// Refuses a rate that the baud does not carry.
+fn check_rate(board: &Board) -> Result<(), Broken> {
+    if let (Some(rate), Some(serial)) = (board.rate, &board.link.serial)
         && !serial.native_usb
     {
-        let probe = Board {
-            name: String::new(),
-            rate: None,
-            link: file.link.clone(),
-            framing: file.framing.clone(),
-            format: format.clone(),
-            values: values.clone(),
-            wired: Vec::new(),
-            grid: None,
-            step_limit: None,
-        };
         let carried = f64::from(serial.baud) / 10.0;
-        if let Some(bytes) = probe.bytes_per_frame()
+        if let Some(bytes) = board.bytes_per_frame()
             && bytes as f64 * rate > carried
         {
             let message = format!(
@@ -96,17 +115,133 @@ pub(super) fn board(file: &BoardFile) -> Result<Board, Broken> {
             return Err(broken(&[&"rate"], message, help));
         }
     }
-    Ok(Board {
-        name: file.name.clone(),
-        rate: file.rate,
-        link: file.link.clone(),
-        framing: file.framing.clone(),
-        format,
-        values,
-        wired,
-        grid,
-        step_limit: file.packet.step_limit,
-    })
+    Ok(())
+}
+
+/// The frames of one packet or message, where the file says that it holds several.
+fn samples(file: &BoardFile) -> Result<Option<SampleTimes>, Broken> {
+    let of_messages = file.messages.iter().enumerate();
+    let mut of_messages =
+        of_messages.filter_map(|(place, message)| Some((place, message.samples.as_ref()?)));
+    let (path, samples): (Vec<String>, &Samples) = match (&file.packet.samples, of_messages.next())
+    {
+        (None, None) => return Ok(None),
+        (Some(samples), _) => (vec!["packet".into(), "samples".into()], samples),
+        (None, Some((place, samples))) => (
+            vec!["message".into(), place.to_string(), "samples".into()],
+            samples,
+        ),
+    };
+    let at = |key: Option<&str>, message: &str, help: &str| {
+        let path = path.iter().cloned().chain(key.map(str::to_owned));
+        Err(Broken {
+            path: path.collect(),
+            within: None,
+            message: message.into(),
+            help: help.into(),
+        })
+    };
+    let json =
+        matches!(&file.framing, Framing::Messages(messages) if messages.carrier == Carrier::Json);
+    let in_packet = file.packet.samples.is_some();
+    let address = |field: &Field| field.is == Is::Address;
+    match &file.framing {
+        Framing::Messages(_) if in_packet || !json => {
+            return at(
+                None,
+                "the list of a JSON message may hold several frames",
+                "leave it out, or write message.samples",
+            );
+        }
+        Framing::Lines(_) => {
+            return at(
+                None,
+                "each line is a frame, or a part of one",
+                "leave it out",
+            );
+        }
+        _ if file.decoder.is_some() => return at(None, "the decoder knows it", "leave it out"),
+        _ if file.messages.len() > 1 || file.packet.fields.iter().any(address) => {
+            return at(
+                None,
+                "a frame of several packets is none of several in one",
+                "leave it out",
+            );
+        }
+        _ => {}
+    }
+    match (json, &samples.key, samples.count) {
+        (true, None, _) => {
+            return at(
+                None,
+                "where does the list stand in the message?",
+                "add key, such as key = \"chunk\"",
+            );
+        }
+        (false, Some(_), _) => {
+            return at(Some("key"), "a packet of bytes has no keys", "leave it out");
+        }
+        (false, None, None) => {
+            return at(
+                None,
+                "how many frames does a packet hold?",
+                "add count, such as count = 10",
+            );
+        }
+        (_, _, Some(count)) if !(1..=MOST_SAMPLES).contains(&count) => {
+            return at(
+                Some("count"),
+                &format!("{count} is out of range: must be at least 1 and at most {MOST_SAMPLES}"),
+                "",
+            );
+        }
+        _ => {}
+    }
+    let every = samples.every.or(file.rate.map(f64::recip));
+    let Some(every) = every else {
+        return at(
+            None,
+            "how far apart are they?",
+            "add every, such as every = \"1 ms\", or the rate of the frames",
+        );
+    };
+    Ok(Some(SampleTimes {
+        count: samples.count.unwrap_or(1),
+        every_ns: 1e9 * every,
+        stamp: samples.stamp,
+    }))
+}
+
+/// Most frames of one packet.
+const MOST_SAMPLES: usize = 1024;
+
+/// Packets are counted where a frame has several.
+fn check_packets(file: &BoardFile, board: &Board) -> Result<(), Broken> {
+    let several = board.frame_rule().required.len() > 1;
+    let counts = |field: &Field| field.counts.is_some();
+    let in_packet = file.packet.fields.iter().position(counts);
+    let mut in_messages = file
+        .messages
+        .iter()
+        .enumerate()
+        .filter_map(|(place, message)| {
+            let field = message.fields.iter().position(counts)?;
+            Some((place, field))
+        });
+    let message = "each frame is one packet";
+    let help = "leave it out, or give the packets an address";
+    match (in_packet, in_messages.next()) {
+        (Some(field), _) if !several => {
+            let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &field, &"counts"];
+            Err(broken(&path, message, help))
+        }
+        (_, Some((place, field))) if !several => {
+            let path: [&dyn std::fmt::Display; 5] =
+                [&"message", &place, &"fields", &field, &"counts"];
+            Err(broken(&path, message, help))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// No channel would come.

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use taxel_recording::{Quantity, SignalUnit};
 
-use super::field::{Field, Is, Type, Within};
-use super::layout::{Conversion, Counting};
+use super::field::{CountedBySequence, Field, Is, Type, Within};
+use super::layout::{AddressRange, Conversion, Counting};
 use super::one_or_several::{Amount, Missing};
 use super::{MOST_LONGEST, ValueOfBoard, unit};
+use crate::names::MOST_VALUES;
 
 /// A broken rule: where, what, and what to do.
 #[derive(Debug)]
@@ -95,7 +96,31 @@ pub(super) fn check_keys(field: &Field, within: Within, place: usize) -> Result<
         return Err(broken(&[&"packet", &"fields", &place, &key], message, help));
     }
     check_numbers(field, within, place)?;
+    if field.is == Is::Address {
+        return check_address(field, place);
+    }
     check_counting(field, place)
+}
+
+/// What an address needs to say which packets make a frame.
+fn check_address(field: &Field, place: usize) -> Result<(), Broken> {
+    let at = |key: &'static str, message: &str, help: &str| {
+        Err(broken(&[&"packet", &"fields", &place, &key], message, help))
+    };
+    if !matches!(field.count, Some(2..=MOST_VALUES)) {
+        return at(
+            "is",
+            "how many packets make a frame?",
+            "add count, from 2 to 4096, such as count = 8; and first and step where they are not 0 and 1",
+        );
+    }
+    if field
+        .step
+        .is_some_and(|step| !(1..=LARGEST_COUNT).contains(&step))
+    {
+        return at("step", "out of range: must be at least 1", "");
+    }
+    Ok(())
 }
 
 /// What a sequence needs to count.
@@ -158,15 +183,21 @@ fn check_numbers(field: &Field, within: Within, place: usize) -> Result<(), Brok
     let Some(kind) = field.kind.filter(|kind| !kind.is_float()) else {
         return Ok(());
     };
-    let (bits, limits) = (kind.bits(), kind.limits());
+    let (bits, limits) = (kind.number_bits(), kind.limits());
     let [least, most] = limits;
     let span = format!("from {least} to {most}");
     let held = |number: f64| number.fract() == 0.0 && (least..=most).contains(&number);
-    let numbers = field.missing.iter().filter_map(|missing| match missing {
-        Missing::Number(number) => Some(*number),
-        Missing::Word(_) => None,
-    });
-    if let Some(missing) = numbers.clone().find(|missing| !held(*missing)) {
+    let never = |missing: &&Missing| match missing {
+        Missing::Number(number) => !held(*number),
+        Missing::Stretch([low, high]) => *high < least || *low > most,
+        Missing::Word(_) => false,
+    };
+    if let Some(missing) = field.missing.iter().find(never) {
+        let missing = match missing {
+            Missing::Number(number) => number.to_string(),
+            Missing::Stretch([low, high]) => format!("{low} to {high}"),
+            Missing::Word(word) => word.clone(),
+        };
         let message = format!("{missing} never comes: {kind} holds whole numbers {span}");
         return Err(at("missing", message, ""));
     }
@@ -193,8 +224,8 @@ fn check_numbers(field: &Field, within: Within, place: usize) -> Result<(), Brok
         return Err(at("bits", message, ""));
     }
     if field.is == Is::Address {
-        let first = field.first.unwrap_or(0) as f64;
-        let last = first + field.count.unwrap_or(1) as f64 - 1.0;
+        let range = AddressRange::of(field);
+        let [first, last] = [0, range.count.saturating_sub(1)].map(|slot| range.at(slot) as f64);
         if !held(first) || !held(last) {
             let message =
                 format!("the addresses {first} to {last} never come all: {kind} holds {span}");
@@ -248,7 +279,8 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
     let mut missing_words = Vec::new();
     for one in &field.missing {
         match one {
-            Missing::Number(number) => missing.push(*number),
+            Missing::Number(number) => missing.push([*number; 2]),
+            Missing::Stretch(stretch) => missing.push(*stretch),
             Missing::Word(word) => missing_words.push(word.clone()),
         }
     }
@@ -256,7 +288,12 @@ pub(super) fn conversion(field: &Field, si: f64, place: usize) -> Result<Convers
     let given = given
         .iter()
         .filter_map(|(key, number)| Some((*key, (*number)?)));
-    let numbers = missing.iter().map(|number| ("missing", *number));
+    if let Some([low, high]) = missing.iter().find(|[low, high]| low > high) {
+        let message =
+            format!("[{low}, {high}] is no stretch: its second number must be the larger");
+        return Err(at("missing", message, ""));
+    }
+    let numbers = missing.iter().flatten().map(|number| ("missing", *number));
     for (key, number) in given.chain(numbers) {
         if !number.is_finite() || number.abs() > 1e30 {
             return Err(at(key, "must be a number of at most 1e30".into(), ""));
@@ -323,6 +360,7 @@ pub(super) fn counting(field: &Field) -> Counting {
         step: field.step.unwrap_or(1),
         modulus: field.modulus,
         repeats: field.repeats.unwrap_or(1),
+        packets: field.counts == Some(CountedBySequence::Packets),
     }
 }
 

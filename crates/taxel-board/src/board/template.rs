@@ -23,6 +23,8 @@ pub(crate) enum Part {
     Sequence,
     /// Time; nanoseconds of one unit.
     Time(f64),
+    /// Which line of a frame it is.
+    Address,
     /// Anything up to a delimiter.
     Skip,
 }
@@ -71,6 +73,7 @@ impl Template {
                 (|part| *part == Part::Sequence) as fn(&Part) -> bool,
             ),
             ("time", |part| matches!(part, Part::Time(_))),
+            ("address", |part| *part == Part::Address),
         ] {
             if let Some((_, at)) = parts.iter().filter(|(part, _)| is(part)).nth(1) {
                 return Err((format!("a second {kind}; a line has one"), at.clone()));
@@ -115,11 +118,12 @@ fn part(inside: &str) -> Result<Part, String> {
         }
         "sequence" if rest.is_empty() => Ok(Part::Sequence),
         "skip" if rest.is_empty() => Ok(Part::Skip),
+        "address" if rest.is_empty() => Ok(Part::Address),
         "time" => unit::of_time(rest)
             .map(Part::Time)
             .ok_or_else(|| format!("{{{inside}}} needs a unit of time: s, ms, us or ns")),
         _ => Err(format!(
-            "{{{inside}}} is none of {{value NAME}}, {{value NAME UNIT}}, {{sequence}}, {{time UNIT}}, {{skip}}"
+            "{{{inside}}} is none of {{value NAME}}, {{value NAME UNIT}}, {{sequence}}, {{time UNIT}}, {{address}}, {{skip}}"
         )),
     }
 }

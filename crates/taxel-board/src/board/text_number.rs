@@ -76,7 +76,7 @@ impl TextNumber {
         let digits = word.strip_prefix("0x").unwrap_or(word);
         let is_hex = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
         let whole = is_hex.then(|| u64::from_str_radix(digits, 16).ok())??;
-        let bits = self.kind.map_or(64, Type::bits);
+        let bits = self.kind.map_or(64, Type::number_bits);
         (bits == 64 || whole >> bits == 0).then_some(whole)
     }
 
@@ -85,7 +85,7 @@ impl TextNumber {
         match self.digits {
             Digits::Decimal => number.to_string(),
             Digits::Hexadecimal => {
-                let bits = self.kind.map_or(32, Type::bits);
+                let bits = self.kind.map_or(32, Type::number_bits);
                 let mask = u64::MAX >> (64 - bits);
                 let whole = (number.round() as i64).cast_unsigned() & mask;
                 format!("{whole:0width$X}", width = bits.div_ceil(4))

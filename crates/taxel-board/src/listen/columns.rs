@@ -27,7 +27,7 @@ pub(super) struct Described {
     fields: Vec<String>,
     check: Option<String>,
     evidence: Vec<String>,
-    found: Found,
+    pub(super) found: Found,
 }
 
 impl Described {
@@ -146,6 +146,13 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
             "check = {{ kind = \"{}\", over = [{from}, {at}], at = {at}{order} }}\n",
             kind.name()
         ));
+        // What stands behind it is neither of a value nor of the tail.
+        let behind = at + kind.bytes();
+        let bytes = length - cut.tail - behind;
+        if bytes > 0 {
+            let skipped = format!("{{ is = \"skip\", bytes = {bytes}, at = {behind} }}");
+            found.fields.push(skipped);
+        }
     }
     found
 }
@@ -283,7 +290,8 @@ fn counter(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<(Number, u
         steps.sort_unstable();
         let step = steps[count / 2];
         let same = steps.iter().filter(|found| **found == step).count();
-        let small = (1..=16).contains(&step);
+        // A counter goes through all numbers of its type again and again; by 10 a clock goes.
+        let small = (1..=16).contains(&step) && step.is_power_of_two();
         if !small || (same as f64) < RIGHT * count as f64 {
             continue;
         }

@@ -68,7 +68,9 @@ fn between(
     let evidence = format!(
         "packets of {length} bytes between {named}: {alike} of {count} pieces unpack to that"
     );
-    let found = columns::describe(&packets, Cut { head: 0, tail: 0 });
+    let mut found = columns::describe(&packets, Cut { head: 0, tail: 0 });
+    // The two ends are marks: packets of one length have them at theirs too.
+    found.found.marks = 2;
     Some(found.proposal(&format!("\n[framing.{kind}]\n"), vec![evidence]))
 }
 

@@ -41,10 +41,60 @@ pub(super) fn proposals(bytes: &[u8]) -> Vec<Proposal> {
         .flatten()
         .collect::<Vec<_>>();
     if found.is_empty() {
-        shapes(lines).into_iter().collect()
+        rows(&text).or_else(|| shapes(lines)).into_iter().collect()
     } else {
         found
     }
+}
+
+/// Rows of numbers that follow each other, with a blank line between two frames.
+fn rows(text: &str) -> Option<Proposal> {
+    let text = text.replace("\r\n", "\n");
+    let mut frames: Vec<Vec<usize>> = vec![Vec::new()];
+    for line in text.split('\n') {
+        let found = pieces(line.trim());
+        let plain = |piece: &Piece<'_>| match piece {
+            Piece::Words(words) => words.chars().all(|c| c.is_whitespace() || ",;".contains(c)),
+            Piece::Number(_) => true,
+        };
+        if !found.iter().all(plain) {
+            return None;
+        }
+        let numbers = found
+            .iter()
+            .filter(|piece| matches!(piece, Piece::Number(_)));
+        match (numbers.count(), frames.last_mut()) {
+            (0, Some(frame)) if frame.is_empty() => {}
+            (0, _) => frames.push(Vec::new()),
+            (numbers, Some(frame)) => frame.push(numbers),
+            (_, None) => {}
+        }
+    }
+    // The first may have begun before, the last may go on.
+    let frames = frames.get(1..frames.len().saturating_sub(2))?;
+    let first = frames.first()?;
+    let [rows, columns] = [first.len(), *first.first()?];
+    let alike = |frame: &&Vec<usize>| {
+        frame.len() == rows && frame.iter().all(|numbers| *numbers == columns)
+    };
+    let count = frames.iter().filter(alike).count();
+    if rows < 2 || count < LEAST || (count as f64) < RIGHT * frames.len() as f64 {
+        return None;
+    }
+    Some(Proposal {
+        body: format!(
+            "\n[framing.lines]\nrows = {rows}\n\n[packet]\nfields = [{{ is = \"value\", name = \"c{{0..{}}}\" }}]\n",
+            columns - 1
+        ),
+        evidence: vec![
+            format!(
+                "text: {count} of {} stretches between blank lines are {rows} rows of {columns} numbers",
+                frames.len()
+            ),
+            "lines have no check: damage of a digit is not seen".into(),
+        ],
+        found: Found::default(),
+    })
 }
 
 /// A piece of a line: words, or a number.

@@ -3,10 +3,10 @@
 use std::io::Write as _;
 
 use super::candidate::{Around, Candidate};
-use super::packet::{self, Reading, Verdict};
+use super::packet::{self, Verdict};
 use crate::board::Id;
 use crate::board::messages::{
-    Body, LARGEST_STANDARD_ID, MOST_CAN_BYTES, MessageFormat, MessageLayout,
+    Body, LARGEST_STANDARD_ID, MOST_CAN_BYTES, MOST_CLASSICAL, MessageFormat,
 };
 
 /// The bell is the answer of an adapter that refuses.
@@ -60,18 +60,30 @@ pub(super) fn candidate(format: &MessageFormat, around: Around<'_>) -> Candidate
 }
 
 fn parse(line: &[u8]) -> Line {
+    let of_slcan = |id_digits, flexible| {
+        slcan(&line[1..], id_digits, flexible).map_or(Line::Damaged, Line::Message)
+    };
     match line.first() {
-        Some(b't') => slcan(&line[1..], 3).map_or(Line::Damaged, Line::Message),
-        Some(b'T') => slcan(&line[1..], 8).map_or(Line::Damaged, Line::Message),
+        Some(b't') => of_slcan(3, false),
+        Some(b'T') => of_slcan(8, false),
+        Some(b'd' | b'b') => of_slcan(3, true),
+        Some(b'D' | b'B') => of_slcan(8, true),
         _ => candump(line).map_or(Line::Other, Line::Message),
     }
 }
 
-/// `71380081f679d0753c00`: the id, the number of bytes, the bytes, and perhaps a time.
-fn slcan(text: &[u8], id_digits: usize) -> Option<CanMessage> {
+/// Bytes of a message by the code of its length.
+const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
+
+/// `71380081f679d0753c00`: the id, the code of the length, the bytes, and perhaps a time;
+/// `flexible` for CAN FD.
+fn slcan(text: &[u8], id_digits: usize, flexible: bool) -> Option<CanMessage> {
     let (id, rest) = text.split_at_checked(id_digits)?;
-    let (length, data) = rest.split_at_checked(1)?;
-    let length = number(length)? as usize;
+    let (code, data) = rest.split_at_checked(1)?;
+    let length = *LENGTHS.get(number(code)? as usize)?;
+    if length > MOST_CLASSICAL && !flexible {
+        return None;
+    }
     let timed = data.len() == 2 * length + TIME_DIGITS;
     if timed {
         number(&data[2 * length..])?;
@@ -81,24 +93,54 @@ fn slcan(text: &[u8], id_digits: usize) -> Option<CanMessage> {
     message(number(id)?, id_digits > 3, &[&data[..2 * length]])
 }
 
-/// `(1436509052.249713) can0 713#0081F679D0753C00` or `can0  713   [8]  00 81 F6 79`.
+/// A line of `candump`: `can0  713   [8]  00 81 F6 79`, behind it with `-a` the characters in
+/// quotes, before the id with `-x` a direction and flags, before all with `-t` a time in brackets,
+/// of `-tA` with a blank in it. Of `candump -L` `(1436509052.249713) can0 713#0081F679D0753C00`,
+/// of CAN FD `713##1` and the bytes.
 fn candump(line: &[u8]) -> Option<CanMessage> {
+    let line = line.trim_ascii_start();
+    let time = line
+        .strip_prefix(b"(")
+        .map(|rest| rest.iter().position(|byte| *byte == b')'));
+    let (stamped, line) = match time {
+        Some(end) => (true, &line[end? + 2..]),
+        None => (false, line),
+    };
     let mut words = line
         .split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty())
         .peekable();
-    let stamped = words.next_if(|word| word.starts_with(b"(")).is_some();
     // The name of the interface.
     words.next()?;
+    if words
+        .next_if(|word| matches!(*word, b"RX" | b"TX"))
+        .is_some()
+    {
+        let flags = [words.next()?, words.next()?];
+        flags
+            .iter()
+            .all(|flag| matches!(*flag, b"-" | b"B" | b"E"))
+            .then_some(())?;
+    }
     let word = words.next()?;
     if let Some(hash) = word.iter().position(|byte| *byte == b'#') {
         let (id, data) = word.split_at(hash);
-        return (stamped && words.next().is_none_or(|direction| direction.len() == 1))
-            .then(|| message(number(id)?, id.len() > 3, &[&data[1..]]))?;
+        let flexible = data.get(1) == Some(&b'#');
+        if flexible {
+            // A digit of flags.
+            number(data.get(2..3)?)?;
+        }
+        let data = &data[if flexible { 3 } else { 1 }..];
+        let whole = flexible || data.len() <= 2 * MOST_CLASSICAL;
+        return (stamped && whole && words.next().is_none_or(|direction| direction.len() == 1))
+            .then(|| message(number(id)?, id.len() > 3, &[data]))?;
     }
     let length = words.next()?.strip_prefix(b"[")?.strip_suffix(b"]")?;
-    let data: Vec<&[u8]> = words.take(MOST_CAN_BYTES + 1).collect();
-    let whole = number(length)? as usize == data.len() && data.iter().all(|byte| byte.len() == 2);
+    let length: usize = std::str::from_utf8(length).ok()?.parse().ok()?;
+    let data: Vec<&[u8]> = words.by_ref().take(length.min(MOST_CAN_BYTES)).collect();
+    let whole = length == data.len()
+        && data.iter().all(|byte| byte.len() == 2)
+        && words.next().is_none_or(|rest| rest.starts_with(b"'"));
     whole.then(|| message(number(word)?, word.len() > 3, &data))?
 }
 
@@ -147,30 +189,32 @@ fn read(format: &MessageFormat, message: &CanMessage) -> Verdict {
             continue;
         };
         verdict = match packet::read(packet, data) {
-            Verdict::Reading(reading) => return Verdict::Reading(placed(reading, layout, number)),
+            Verdict::Reading(reading) => return Verdict::Reading(reading.placed(layout, number)),
             _ => Verdict::Damaged,
         };
     }
     verdict
 }
 
-/// The reading of the message of this number of its kind.
-fn placed(mut reading: Reading, layout: &MessageLayout, number: usize) -> Reading {
-    let slot = number * layout.addresses + reading.slot;
-    reading.slot = layout.first_slot + slot;
-    reading.first = layout.first_value + slot * layout.values;
-    reading
-}
-
-/// Appends a message in SLCAN.
+/// Appends a message in SLCAN; one of more than 8 bytes is filled up with zeros to a length that
+/// CAN FD has.
 pub(super) fn write(id: u64, extended: bool, data: &[u8], out: &mut Vec<u8>) {
-    let written = if extended {
-        write!(out, "T{id:08x}{}", data.len())
-    } else {
-        write!(out, "t{id:03x}{}", data.len())
+    let (code, length) = LENGTHS
+        .into_iter()
+        .enumerate()
+        .find(|(_, length)| *length >= data.len())
+        .unwrap_or((LENGTHS.len() - 1, MOST_CAN_BYTES));
+    let kind = match (extended, length > MOST_CLASSICAL) {
+        (false, false) => 't',
+        (true, false) => 'T',
+        (false, true) => 'd',
+        (true, true) => 'D',
     };
+    let digits = if extended { 8 } else { 3 };
+    let written = write!(out, "{kind}{id:0digits$x}{code:x}");
     debug_assert!(written.is_ok(), "memory takes all");
-    for byte in data {
+    for place in 0..length {
+        let byte = data.get(place).copied().unwrap_or(0);
         let written = write!(out, "{byte:02x}");
         debug_assert!(written.is_ok(), "memory takes all");
     }
@@ -184,7 +228,8 @@ mod tests {
     #[test]
     fn lines_are_messages_damaged_or_other() {
         let of = |line: &str| parse(line.as_bytes());
-        let data = [0x00, 0x81, 0xf6, 0x79, 0xd0, 0x75, 0x3c, 0x00];
+        let mut data = [0; MOST_CAN_BYTES];
+        data[..8].copy_from_slice(&[0x00, 0x81, 0xf6, 0x79, 0xd0, 0x75, 0x3c, 0x00]);
         let xela = Line::Message(CanMessage {
             id: 0x713,
             extended: false,
@@ -197,6 +242,16 @@ mod tests {
             "(1436509052.249713) can0 713#0081F679D0753C00",
             "(1436509052.249713) can0 713#0081F679D0753C00 R",
             "  can0  713   [8]  00 81 F6 79 D0 75 3C 00",
+            "  can0  713   [8]  00 81 F6 79 D0 75 3C 00   '...y.u<.'",
+            "  can0  713   [8]  00 81 F6 79 D0 75 3C 00   '. ]y '<.'",
+            "  can0  RX - -  713   [8]  00 81 F6 79 D0 75 3C 00",
+            "  can0  TX B E  713   [8]  00 81 F6 79 D0 75 3C 00   '...y.u<.'",
+            " (2026-11-28 17:30:00.123456)  can0  713   [8]  00 81 F6 79 D0 75 3C 00",
+            " (1436509052.249713)  can0  RX - -  713   [8]  00 81 F6 79 D0 75 3C 00",
+            " (000.010023)  can0  713   [8]  00 81 F6 79 D0 75 3C 00",
+            "(1436509052.249713) can0 713##10081F679D0753C00",
+            "  can0  713  [08]  00 81 F6 79 D0 75 3C 00",
+            "d71380081f679d0753c00",
         ] {
             assert_eq!(of(line), xela, "{line}");
         }
@@ -218,6 +273,7 @@ mod tests {
             "t713",
             "t7139",
             "t71380081f679d0753c0",
+            "t7139000102030405060708090a0b",
             "tzzz0",
             "t8000",
             "T0000071",
@@ -230,11 +286,49 @@ mod tests {
             "V1013",
             "r7138",
             "713#00",
-            "(1) can0 713##100",
+            "(1) can0 713##",
+            "(1) can0 713#000102030405060708",
+            "(2026-11-28 17:30:00 can0 713#00",
+            "can0 RX 713 [1] 00",
+            "can0 713 [1] 00 01",
+            "can0 713 [0] remote request",
+            "can0 20000004 [1] 00 ERRORFRAME",
             "(1) can0 713#R",
             "can0 713 [8] 00 81",
         ] {
             assert_eq!(of(line), Line::Other, "{line}");
         }
+    }
+
+    #[test]
+    fn messages_of_can_fd_have_up_to_64_bytes() {
+        let twelve = "000102030405060708090a0b";
+        let spaced = "00 01 02 03 04 05 06 07 08 09 0A 0B";
+        let mut written = Vec::new();
+        write(
+            0x123,
+            false,
+            &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
+            &mut written,
+        );
+        assert_eq!(written, format!("d1239{twelve}\r").as_bytes());
+        for line in [
+            format!("d1239{twelve}"),
+            format!("b1239{twelve}1234"),
+            format!("(1.5) can0 123##1{twelve}"),
+            format!("  can0  123  [12]  {spaced}"),
+            format!(" (2026-11-28 17:30:00.1)  can0  RX B -  123  [12]  {spaced}   '............'"),
+        ] {
+            let Line::Message(message) = parse(line.as_bytes()) else {
+                panic!("{line}");
+            };
+            assert_eq!((message.id, message.length), (0x123, 12), "{line}");
+            assert!((0..12).all(|n| usize::from(message.data[n]) == n), "{line}");
+        }
+        // Ten bytes go as twelve.
+        written.clear();
+        write(0x1234_5678, true, &[1; 10], &mut written);
+        assert!(written.starts_with(b"D123456789"), "{written:?}");
+        assert_eq!(written.len(), 1 + 8 + 1 + 24 + 1);
     }
 }

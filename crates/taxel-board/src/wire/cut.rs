@@ -68,24 +68,24 @@ impl Cutter {
         }
         match (&self.framing, &self.format) {
             (_, Format::BuiltIn(BuiltIn::Papillarray)) => papillarray_packet(around),
-            (Framing::Fixed(fixed), Format::Packet(layout)) => of_fixed(fixed, layout, around),
-            (Framing::Marked(marked), Format::Packet(layout)) => of_marked(marked, layout, around),
-            (Framing::Length(length), Format::Packet(layout)) => of_length(length, layout, around),
-            (Framing::Cobs(_), Format::Packet(layout)) => {
-                let longest = self.longest();
-                let undo = stuffing::from_cobs;
-                of_stuffed(0, undo, layout, around, longest, &mut self.scratch)
-            }
-            (Framing::Slip(_), Format::Packet(layout)) => {
-                let longest = self.longest();
-                let undo = stuffing::from_slip;
-                let end = stuffing::SLIP_END;
-                of_stuffed(end, undo, layout, around, longest, &mut self.scratch)
-            }
-            (_, Format::Messages(format)) => match format.carrier {
+            (Framing::Messages(messages), Format::Messages(format)) => match messages.carrier {
                 Carrier::Can => can::candidate(format, around),
                 Carrier::Json => json::candidate(format, &mut self.scan, around),
             },
+            (Framing::Fixed(fixed), format) => of_fixed(fixed, format, around),
+            (Framing::Marked(marked), format) => of_marked(marked, format, around),
+            (Framing::Length(length), format) => of_length(length, format, around),
+            (Framing::Cobs(_), format) => {
+                let longest = self.longest();
+                let undo = stuffing::from_cobs;
+                of_stuffed(0, undo, format, around, longest, &mut self.scratch)
+            }
+            (Framing::Slip(_), format) => {
+                let longest = self.longest();
+                let undo = stuffing::from_slip;
+                let end = stuffing::SLIP_END;
+                of_stuffed(end, undo, format, around, longest, &mut self.scratch)
+            }
             _ => Candidate::None(1),
         }
     }
@@ -134,7 +134,7 @@ fn to_next(head: &BytePattern, bytes: &[u8]) -> usize {
         .unwrap_or(bytes.len())
 }
 
-fn of_fixed(fixed: &Fixed, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+fn of_fixed(fixed: &Fixed, format: &Format, around: Around<'_>) -> Candidate {
     let Around { bytes, .. } = around;
     if let Some(head) = &fixed.head
         && !head.may_begin(bytes[0])
@@ -149,10 +149,12 @@ fn of_fixed(fixed: &Fixed, layout: &PacketLayout, around: Around<'_>) -> Candida
     if !marked {
         return Candidate::None(1);
     }
-    let Verdict::Reading(reading) = packet::read(layout, packet) else {
+    let Verdict::Reading(reading) = packet::read_any(format, packet) else {
         return Candidate::None(1);
     };
-    let checked = layout.check.is_some() || (fixed.head.is_some() && fixed.tail.is_some());
+    let has_check = |layout: &&PacketLayout| layout.check.is_some();
+    let checked = packet::layouts(format).iter().all(has_check)
+        || (fixed.head.is_some() && fixed.tail.is_some());
     match (checked, &fixed.head, &fixed.tail) {
         (false, Some(head), None) => {
             // Only the head of the next shows that no byte is missing or too many.
@@ -186,7 +188,7 @@ fn of_fixed(fixed: &Fixed, layout: &PacketLayout, around: Around<'_>) -> Candida
     Candidate::Reading(fixed.length, reading)
 }
 
-fn of_marked(marked: &Marked, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+fn of_marked(marked: &Marked, format: &Format, around: Around<'_>) -> Candidate {
     let bytes = around.bytes;
     if !marked.head.may_begin(bytes[0]) {
         return Candidate::None(to_next(&marked.head, bytes));
@@ -199,43 +201,50 @@ fn of_marked(marked: &Marked, layout: &PacketLayout, around: Around<'_>) -> Cand
     }
     let longest = marked.longest.unwrap_or(LONGEST_PACKET);
     let tail = marked.tail.len();
-    // The length that the fields have comes first.
-    let known = bytes.get(..layout.length);
-    if let Some(packet) = known
-        && marked.tail.ends(packet)
-        && let Verdict::Reading(reading) = packet::read(layout, packet)
-    {
-        return Candidate::Reading(layout.length, reading);
+    // The lengths that the fields have come first.
+    let layouts = packet::layouts(format);
+    for layout in &layouts {
+        if let Some(packet) = bytes.get(..layout.length)
+            && marked.tail.ends(packet)
+            && let Verdict::Reading(reading) = packet::read_any(format, packet)
+        {
+            return Candidate::Reading(layout.length, reading);
+        }
     }
+    let length = layouts
+        .iter()
+        .map(|layout| layout.length)
+        .max()
+        .unwrap_or(0);
+    let checked = layouts.iter().all(|layout| layout.check.is_some());
     let first = marked.head.len() + tail;
     for end in first..=longest.min(bytes.len()) {
         let packet = &bytes[..end];
-        if marked.tail.ends(packet)
-            && layout.check.is_some()
-            && packet::read(layout, packet) == Verdict::Other
+        if marked.tail.ends(packet) && checked && packet::read_any(format, packet) == Verdict::Other
         {
             return Candidate::Other(end);
         }
     }
     // A packet of another length may still come to its end, if there is a check to show it.
-    let open = if layout.check.is_some() {
-        longest
-    } else {
-        layout.length
-    };
+    let open = if checked { longest } else { length };
     // Once the known length is there and is wrong, a whole packet behind another head shows
     // that this one does not come to its end.
     let next_head = (marked.head.len()..bytes.len())
         .find(|at| marked.head.begins(&bytes[*at..]))
-        .is_some_and(|at| bytes.len() >= at + layout.length);
-    if bytes.len() < open && !around.last && !(known.is_some() && next_head) {
+        .is_some_and(|at| bytes.len() >= at + length);
+    if bytes.len() < open && !around.last && !(bytes.len() >= length && next_head) {
         return Candidate::More;
     }
     Candidate::None(1)
 }
 
-fn of_length(length: &Length, layout: &PacketLayout, around: Around<'_>) -> Candidate {
+fn of_length(length: &Length, format: &Format, around: Around<'_>) -> Candidate {
     let bytes = around.bytes;
+    // Packets of several kinds have their length and check alike.
+    let layouts = packet::layouts(format);
+    let Some(layout) = layouts.first() else {
+        return Candidate::None(1);
+    };
     if !length.head.may_begin(bytes[0]) {
         return Candidate::None(to_next(&length.head, bytes));
     }
@@ -269,7 +278,7 @@ fn of_length(length: &Length, layout: &PacketLayout, around: Around<'_>) -> Cand
     let Some(packet) = bytes.get(..whole) else {
         return Candidate::More;
     };
-    match packet::read(layout, packet) {
+    match packet::read_any(format, packet) {
         Verdict::Reading(reading) => Candidate::Reading(whole, reading),
         Verdict::Other => Candidate::Other(whole),
         Verdict::Damaged => Candidate::None(1),
@@ -279,7 +288,7 @@ fn of_length(length: &Length, layout: &PacketLayout, around: Around<'_>) -> Cand
 fn of_stuffed(
     end: u8,
     undo: fn(&[u8], &mut Vec<u8>) -> Option<()>,
-    layout: &PacketLayout,
+    format: &Format,
     around: Around<'_>,
     longest: usize,
     scratch: &mut Vec<u8>,
@@ -300,7 +309,7 @@ fn of_stuffed(
     if undo(&bytes[..at], scratch).is_none() {
         return Candidate::Damaged(at + 1);
     }
-    match packet::read(layout, scratch) {
+    match packet::read_any(format, scratch) {
         Verdict::Reading(reading) => Candidate::Reading(at + 1, reading),
         Verdict::Other => Candidate::Other(at + 1),
         Verdict::Damaged => Candidate::Damaged(at + 1),

@@ -16,7 +16,7 @@ use super::remarks::Remarks;
 use super::steps::StepGuard;
 use super::times::{Known, Times};
 use crate::board::line::LineFormat;
-use crate::board::{Board, Class, Format};
+use crate::board::{Board, Class, Format, SampleTimes, Stamped};
 
 /// Lines that fit no template and are kept for the operator.
 const KEPT_LINES: usize = 10;
@@ -58,6 +58,8 @@ pub struct Decoder {
     stretch: u64,
     begun: bool,
     discard_line: bool,
+    /// Lines since a blank one; `None` where one is missing or damaged.
+    row: Option<usize>,
     /// Bytes of the line under way in which no end was found.
     searched: usize,
     assembly: Assembly,
@@ -73,6 +75,8 @@ pub struct Decoder {
     flags: FrameFlags,
     wired: Vec<usize>,
     clock_step_ns: Option<f64>,
+    clock_modulus: Option<f64>,
+    samples: Option<SampleTimes>,
     period_ns: Option<f64>,
     last_host_ns: Option<u64>,
     other_lines: VecDeque<String>,
@@ -119,7 +123,13 @@ impl Decoder {
                 .iter()
                 .map(|place| board.values[*place].unit.si_per_unit)
                 .collect();
-            StepGuard::new(board.step_limit, &units, steps(board, &wired))
+            // A step that is not known limits nothing.
+            let steps = board
+                .steps()
+                .into_iter()
+                .map(|step| step.max(0.0))
+                .collect();
+            StepGuard::new(board.step_limit, &units, steps)
         });
         Self {
             cutter: Cutter::new(board),
@@ -136,6 +146,7 @@ impl Decoder {
             stretch: 0,
             begun: begin == Begin::Whole,
             discard_line: begin == Begin::Cut,
+            row: (begin == Begin::Whole).then_some(0),
             searched: 0,
             assembly: Assembly::new(board, begin == Begin::Cut),
             frames: VecDeque::new(),
@@ -158,6 +169,10 @@ impl Decoder {
             },
             wired,
             clock_step_ns: clock.map(|clock| clock.step_ns),
+            clock_modulus: clock
+                .and_then(|clock| clock.modulus)
+                .map(|modulus| modulus as f64),
+            samples: board.samples,
             period_ns: board.rate.map(|rate| 1e9 / rate),
             last_host_ns: None,
             other_lines: VecDeque::new(),
@@ -215,6 +230,7 @@ impl Decoder {
         self.since_packet = (begin == Begin::Whole).then_some(0);
         self.begun = begin == Begin::Whole;
         self.discard_line = begin == Begin::Cut;
+        self.row = (begin == Begin::Whole).then_some(0);
         self.assembly.reconnect(begin == Begin::Cut);
         self.cutter.reset();
         if let Some(numbering) = &mut self.numbering {
@@ -285,7 +301,10 @@ impl Decoder {
     /// What the operator should change in the board file, by what came so far: one line.
     pub fn remark(&self) -> Option<String> {
         let counter = self.counter.as_ref().and_then(FrameCounter::remark);
-        self.remarks.of(self.counts.delivered).or(counter)
+        let reason = self.assembly.reason();
+        reason
+            .or_else(|| self.remarks.of(self.counts.delivered))
+            .or(counter)
     }
 
     /// The last ten lines that fit no template.
@@ -444,9 +463,19 @@ impl Decoder {
 
     fn line(&mut self, lines: &LineFormat, line: &str, host_ns: Option<u64>) {
         if line.trim().is_empty() {
+            self.row = Some(0);
             return;
         }
-        let Some(read) = lines.read(line) else {
+        let mut read = lines.read(line);
+        if lines.by_blank_lines {
+            let row = self.row.take().filter(|row| *row < self.assembly.places());
+            self.row = read.as_ref().and(row).map(|row| row + 1);
+            read = read.filter(|_| row.is_some());
+            if let Some(read) = &mut read {
+                read.slot = row;
+            }
+        }
+        let Some(read) = read else {
             self.counts.other += 1;
             self.keep(line);
             return;
@@ -454,6 +483,23 @@ impl Decoder {
         if read.out_of_range {
             self.counts.damaged += 1;
             self.assembly.clear();
+            return;
+        }
+        if let Some(slot) = read.slot {
+            let own = lines.values_of_line();
+            let mut reading = Reading {
+                values: vec![f64::NAN; own],
+                sequence: read.sequence,
+                time: read.time,
+                slot,
+                first: slot * own,
+                bad_status: read.bad_status,
+                ..Reading::default()
+            };
+            for (place, value) in read.values {
+                reading.values[place] = value;
+            }
+            self.assemble(&reading, host_ns);
             return;
         }
         for (place, value) in read.values {
@@ -472,7 +518,41 @@ impl Decoder {
         }
     }
 
+    /// Takes the frames of a packet or message: one, or several of which the last arrived now.
     fn assemble(&mut self, reading: &Reading, host_ns: Option<u64>) {
+        let Some(samples) = self.samples else {
+            self.assemble_one(reading, host_ns);
+            return;
+        };
+        let own = self.assembly.values();
+        let count = reading.values.len() / own.max(1);
+        for (n, values) in reading.values.chunks_exact(own.max(1)).enumerate() {
+            let before = (count - 1 - n) as f64 * samples.every_ns;
+            let from_stamp = match samples.stamp {
+                Stamped::First => n as f64 * samples.every_ns,
+                Stamped::Last => -before,
+            };
+            let (sequence, time) = reading.each.get(n).copied().unwrap_or_default();
+            let steps = self
+                .clock_step_ns
+                .map_or(0.0, |step_ns| from_stamp / step_ns);
+            let stamp = reading.time.map(|time| match self.clock_modulus {
+                Some(modulus) => (time + steps).rem_euclid(modulus),
+                None => time + steps,
+            });
+            let one = Reading {
+                values: values.to_vec(),
+                sequence: sequence.or(reading.sequence),
+                time: time.or(stamp),
+                bad_status: reading.bad_status,
+                ..Reading::default()
+            };
+            let arrived = host_ns.map(|host_ns| host_ns.saturating_sub(before as u64));
+            self.assemble_one(&one, arrived);
+        }
+    }
+
+    fn assemble_one(&mut self, reading: &Reading, host_ns: Option<u64>) {
         let Some(Whole {
             values,
             sequence,
@@ -603,13 +683,4 @@ fn fingerprint(values: Option<&[f64]>) -> u64 {
     values.fold(0xcbf2_9ce4_8422_2325, |hash, value| {
         (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3)
     })
-}
-
-/// Smallest step of each channel, SI: one of a whole number.
-fn steps(board: &Board, wired: &[usize]) -> Vec<f64> {
-    let of = |place: &usize| match board.conversion(*place) {
-        Some((Some(kind), conversion)) if !kind.is_float() => conversion.scale.abs(),
-        _ => 0.0,
-    };
-    wired.iter().map(of).collect()
 }

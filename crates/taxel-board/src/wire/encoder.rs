@@ -6,7 +6,7 @@ use super::stuffing;
 use super::{can, json};
 use crate::board::layout::{Counting, PacketLayout, PlacedField, Role};
 use crate::board::messages::{Body, MessageLayout};
-use crate::board::{Board, BuiltIn, Format, Framing, Id, Order};
+use crate::board::{Board, BuiltIn, Format, Framing, Id, Order, Stamped};
 use crate::papillarray;
 
 /// Frames to bytes as the board would send them.
@@ -31,6 +31,10 @@ pub struct Encoder {
     board: Board,
     wired: Vec<usize>,
     values: Vec<f64>,
+    /// Values of the frames that wait for the others of their packet, and number and time of the
+    /// first.
+    waiting: Vec<f64>,
+    first: Option<[u64; 2]>,
 }
 
 impl Encoder {
@@ -39,6 +43,8 @@ impl Encoder {
         Self {
             wired: board.wired(),
             values: vec![f64::NAN; board.values.len()],
+            waiting: Vec::new(),
+            first: None,
             board: board.clone(),
         }
     }
@@ -49,28 +55,57 @@ impl Encoder {
         for (place, value) in self.wired.iter().zip(&frame.values) {
             self.values[*place] = *value;
         }
+        // A packet of several frames waits for all of them.
+        let frame = &self.together(frame);
+        let frames = self.board.samples.map_or(1, |samples| samples.count);
+        if self.waiting.len() < frames * self.values.len() {
+            return;
+        }
+        let values = std::mem::take(&mut self.waiting);
         // What the packets hold beside the values.
-        let counter = self.board.counter();
-        let frame = &Frame {
-            sequence: counter.map_or(frame.sequence, |counter| counter.raw(frame.sequence)),
+        let counter = if frames > 1 {
+            self.board.counter()
+        } else {
+            self.board.counter_on_wire()
+        };
+        let slots = self.board.frame_rule().required.len() as u64;
+        let raw = |slot: usize| match counter {
+            Some(counter) if counter.counts_packets() => {
+                counter.raw(frame.sequence.wrapping_mul(slots).wrapping_add(slot as u64))
+            }
+            Some(counter) => counter.raw(frame.sequence),
+            None => frame.sequence,
+        };
+        let of_slot = |slot: usize| Frame {
+            sequence: raw(slot),
             time_ns: frame.time_ns,
             ..Frame::default()
         };
         match &self.board.format {
             Format::Lines(lines) => {
-                lines.write(&self.values, frame.sequence, frame.time_ns, out);
+                lines.write(&values, raw, frame.time_ns, out);
             }
             Format::BuiltIn(BuiltIn::Papillarray) => {
-                papillarray::write(&self.values, frame.sequence, frame.time_ns / 1000, out);
+                papillarray::write(&values, raw(0), frame.time_ns / 1000, out);
             }
             Format::Messages(format) => {
                 for message in &format.messages {
                     match &message.body {
+                        Body::Bytes(layout)
+                            if matches!(self.board.framing, Framing::Messages(_)) =>
+                        {
+                            can_messages(&self.board, message, layout, &values, &of_slot, out);
+                        }
                         Body::Bytes(layout) => {
-                            can_messages(&self.board, message, layout, &self.values, frame, out);
+                            for slot in 0..message.slots() {
+                                let values = &values[message.first_value + slot * message.values..];
+                                let frame = of_slot(message.first_slot + slot);
+                                let bytes = packet_of(&self.board, layout, values, slot, &frame);
+                                self.put(&bytes, out);
+                            }
                         }
                         Body::Json(fields) => {
-                            json::write(message, fields, &self.values, frame, out);
+                            json::write(message, fields, &values, &of_slot, out);
                         }
                     }
                 }
@@ -78,15 +113,40 @@ impl Encoder {
             Format::Packet(layout) => {
                 let packets = layout.address.map_or(1, |address| address.count);
                 for packet in 0..packets {
-                    let values = &self.values[packet * layout.values..];
-                    let bytes = packet_of(&self.board, layout, values, packet, frame);
-                    match &self.board.framing {
-                        Framing::Cobs(_) => stuffing::to_cobs(&bytes, out),
-                        Framing::Slip(_) => stuffing::to_slip(&bytes, out),
-                        _ => out.extend_from_slice(&bytes),
-                    }
+                    let values = &values[packet * layout.values..];
+                    let bytes = packet_of(&self.board, layout, values, packet, &of_slot(packet));
+                    self.put(&bytes, out);
                 }
             }
+        }
+    }
+
+    /// Adds a frame to those that wait; number and time of the packet that it may complete.
+    fn together(&mut self, frame: &Frame) -> Frame {
+        self.waiting.extend_from_slice(&self.values);
+        let first = *self.first.get_or_insert([frame.sequence, frame.time_ns]);
+        let frames = self.board.samples.map_or(1, |samples| samples.count);
+        if self.waiting.len() >= frames * self.values.len() {
+            self.first = None;
+        }
+        let stamp = self.board.samples.map(|samples| samples.stamp);
+        Frame {
+            sequence: first[0],
+            time_ns: if stamp == Some(Stamped::First) {
+                first[1]
+            } else {
+                frame.time_ns
+            },
+            ..Frame::default()
+        }
+    }
+
+    /// Appends a packet as its framing has it.
+    fn put(&self, bytes: &[u8], out: &mut Vec<u8>) {
+        match &self.board.framing {
+            Framing::Cobs(_) => stuffing::to_cobs(bytes, out),
+            Framing::Slip(_) => stuffing::to_slip(bytes, out),
+            _ => out.extend_from_slice(bytes),
         }
     }
 }
@@ -96,7 +156,7 @@ fn can_messages(
     message: &MessageLayout,
     layout: &PacketLayout,
     values: &[f64],
-    frame: &Frame,
+    of_slot: &impl Fn(usize) -> Frame,
     out: &mut Vec<u8>,
 ) {
     for slot in 0..message.slots() {
@@ -105,7 +165,8 @@ fn can_messages(
         };
         let values = &values[message.first_value + slot * message.values..];
         let address = slot % message.addresses;
-        let mut bytes = packet_of(board, layout, values, address, frame);
+        let frame = of_slot(message.first_slot + slot);
+        let mut bytes = packet_of(board, layout, values, address, &frame);
         bytes.resize(message.length.unwrap_or(layout.length), 0);
         can::write(*id, message.extended, &bytes, out);
     }
@@ -166,9 +227,7 @@ fn packet_of(
             }
             Role::Status(_) => {}
             Role::Address => {
-                let address = layout
-                    .address
-                    .map_or(0, |range| range.first + packet.cast_signed() as i64);
+                let address = layout.address.map_or(0, |range| range.at(packet));
                 field.put_number(address as f64, &mut bytes);
             }
             Role::Mark(mark) => {

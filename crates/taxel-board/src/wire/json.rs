@@ -146,20 +146,38 @@ fn read(format: &MessageFormat, object: &Value) -> Verdict {
         let Body::Json(fields) = &layout.body else {
             continue;
         };
-        let there = |field: &JsonField| object.pointer(&field.pointer).is_some();
         let Some(number) = number_of(layout, object) else {
             continue;
         };
-        if fields.iter().all(there) {
-            return match reading(layout, fields, object) {
-                None => Verdict::Damaged,
-                Some(mut reading) => {
-                    reading.slot = layout.first_slot + number;
-                    reading.first = layout.first_value + number * layout.values;
-                    Verdict::Reading(reading)
-                }
-            };
+        let samples = match &layout.samples {
+            None => vec![object],
+            Some(list) => match object.pointer(list) {
+                Some(Value::Array(list)) => list.iter().collect(),
+                _ => continue,
+            },
+        };
+        // What an entry of the list does not have stands in the message.
+        let found = |sample: &&Value, field: &JsonField| {
+            let there = sample.pointer(&field.pointer).is_some();
+            there || object.pointer(&field.pointer).is_some()
+        };
+        let all = |sample: &&Value| fields.iter().all(|field| found(sample, field));
+        if samples.is_empty() || !samples.iter().all(all) {
+            continue;
         }
+        let mut whole = Reading::default();
+        for sample in samples {
+            let Some(reading) = reading(layout, fields, sample, object) else {
+                return Verdict::Damaged;
+            };
+            whole.values.extend(reading.values);
+            whole.bad_status |= reading.bad_status;
+            (whole.sequence, whole.time) = (reading.sequence, reading.time);
+            if layout.samples.is_some() {
+                whole.each.push((reading.sequence, reading.own_time));
+            }
+        }
+        return Verdict::Reading(whole.placed(layout, number));
     }
     Verdict::Other
 }
@@ -181,11 +199,27 @@ fn number_of(layout: &MessageLayout, object: &Value) -> Option<usize> {
     })
 }
 
-/// The values of an object; `None` where one is no number, or outside its range.
-fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Option<Reading> {
-    let mut reading = Reading {
+/// What one entry of the list of a message says, or a message without one.
+#[derive(Default)]
+struct Sample {
+    values: Vec<f64>,
+    sequence: Option<u64>,
+    time: Option<f64>,
+    /// The time that the entry itself has.
+    own_time: Option<f64>,
+    bad_status: bool,
+}
+
+/// The values of a `sample` of an object; `None` where one is no number, or outside its range.
+fn reading(
+    layout: &MessageLayout,
+    fields: &[JsonField],
+    sample: &Value,
+    object: &Value,
+) -> Option<Sample> {
+    let mut reading = Sample {
         values: vec![f64::NAN; layout.values],
-        ..Reading::default()
+        ..Sample::default()
     };
     let mut numbers = Vec::new();
     for field in fields {
@@ -194,7 +228,9 @@ fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Opti
             JsonRole::Values { conversion, .. } => &conversion.missing_words,
             _ => &[],
         };
-        field.numbers(object.pointer(&field.pointer)?, words, &mut numbers)?;
+        let own = sample.pointer(&field.pointer);
+        let value = own.or_else(|| object.pointer(&field.pointer))?;
+        field.numbers(value, words, &mut numbers)?;
         match &field.role {
             JsonRole::Values {
                 first,
@@ -215,7 +251,10 @@ fn reading(layout: &MessageLayout, fields: &[JsonField], object: &Value) -> Opti
             }
             JsonRole::Sequence(_) => reading.sequence = Some(whole(&numbers)?),
             JsonRole::Time(_) => match numbers[..] {
-                [time] if time.is_finite() => reading.time = Some(time),
+                [time] if time.is_finite() => {
+                    reading.time = Some(time);
+                    reading.own_time = own.map(|_| time);
+                }
                 _ => return None,
             },
             JsonRole::Status(status) => {
@@ -301,18 +340,25 @@ pub(super) fn write(
     layout: &MessageLayout,
     fields: &[JsonField],
     values: &[f64],
-    frame: &Frame,
+    of_slot: &impl Fn(usize) -> Frame,
     out: &mut Vec<u8>,
 ) {
     for number in 0..layout.slots() {
+        let frame = of_slot(layout.first_slot + number);
+        let mut whole = Value::Object(Map::new());
         let mut object = Value::Object(Map::new());
+        let holder = if layout.samples.is_some() {
+            &mut whole
+        } else {
+            &mut object
+        };
         if let Some(key) = &layout.key {
             let id = match layout.ids.get(number) {
                 Some(Id::Number(id)) => Value::Number((*id).into()),
                 Some(Id::Text(id)) => Value::String(id.clone()),
                 None => Value::Bool(true),
             };
-            put(&mut object, key, id);
+            put(holder, key, id);
         }
         for field in fields {
             let value = match &field.role {
@@ -335,6 +381,10 @@ pub(super) fn write(
                 }
             };
             put(&mut object, &field.pointer, value);
+        }
+        if let Some(list) = &layout.samples {
+            put(&mut whole, list, Value::Array(vec![object]));
+            object = whole;
         }
         out.extend_from_slice(object.to_string().as_bytes());
         out.push(b'\n');

@@ -1,6 +1,8 @@
 //! One whole packet: marks, check, status, ranges, values.
 
+use crate::board::Format;
 use crate::board::layout::{PacketLayout, Role};
+use crate::board::messages::{Body, MessageLayout};
 
 /// What a packet says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,6 +18,18 @@ pub(super) struct Reading {
     pub(super) first: usize,
     /// True if its status is not good: it is numbered, and not delivered.
     pub(super) bad_status: bool,
+    /// Number and time of each frame of a message of several, where they have their own.
+    pub(super) each: Vec<(Option<u64>, Option<f64>)>,
+}
+
+impl Reading {
+    /// As that of the message of this number of its kind.
+    pub(super) fn placed(mut self, message: &MessageLayout, number: usize) -> Self {
+        let slot = number * message.addresses + self.slot;
+        self.slot = message.first_slot + slot;
+        self.first = message.first_value + slot * message.values;
+        self
+    }
 }
 
 /// A packet that was looked at.
@@ -35,6 +49,36 @@ pub(super) fn has_marks(layout: &PacketLayout, packet: &[u8]) -> bool {
             .is_some_and(|rest| bytes.begins(rest)),
         _ => true,
     })
+}
+
+/// The layouts of a packet: one, or those of several kinds.
+pub(super) fn layouts(format: &Format) -> Vec<&PacketLayout> {
+    match format {
+        Format::Packet(layout) => vec![layout],
+        Format::Messages(messages) => messages.layouts().collect(),
+        Format::Lines(_) | Format::BuiltIn(_) => Vec::new(),
+    }
+}
+
+/// What a packet says, of whichever kind it is.
+pub(super) fn read_any(format: &Format, packet: &[u8]) -> Verdict {
+    let messages = match format {
+        Format::Packet(layout) => return read(layout, packet),
+        Format::Messages(format) => format.messages.iter(),
+        Format::Lines(_) | Format::BuiltIn(_) => return Verdict::Damaged,
+    };
+    let mut verdict = Verdict::Damaged;
+    for message in messages {
+        let Body::Bytes(layout) = &message.body else {
+            continue;
+        };
+        match read(layout, packet) {
+            Verdict::Reading(reading) => return Verdict::Reading(reading.placed(message, 0)),
+            Verdict::Other => verdict = Verdict::Other,
+            Verdict::Damaged => {}
+        }
+    }
+    verdict
 }
 
 pub(super) fn read(layout: &PacketLayout, packet: &[u8]) -> Verdict {
@@ -76,14 +120,12 @@ pub(super) fn read(layout: &PacketLayout, packet: &[u8]) -> Verdict {
             }
             Role::Address => {
                 let address = field.number(packet) as i64;
-                let range = layout.address.map(|range| (range.first, range.count));
-                let (first, count) = range.unwrap_or((0, 1));
-                match usize::try_from(address - first) {
-                    Ok(address) if address < count => {
-                        reading.slot = address;
-                        reading.first = address * layout.values;
+                match layout.address.and_then(|range| range.slot(address)) {
+                    Some(slot) => {
+                        reading.slot = slot;
+                        reading.first = slot * layout.values;
                     }
-                    _ => return Verdict::Damaged,
+                    None => return Verdict::Damaged,
                 }
             }
             Role::Mark(bytes) => {

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use taxel::acquisition::{Stimulus, Stream, Twin};
 use taxel::quantity::FREQUENCY;
 use taxel::shown;
+use taxel_recording::RecordingOptions;
 use taxel_serve::device::{
     ControlPlace, Device as Virtual, DeviceError, DeviceOptions, DevicePlace, Faults, Player,
 };
-use taxel_serve::{BoardEncoder, ReplayOptions, ReplaySource, Source as _};
+use taxel_serve::{BoardEncoder, ReplaySource, Source as _};
 
 use crate::arguments::Device;
 use crate::boards::NamedBoard;
@@ -96,7 +97,7 @@ fn check_outputs(arguments: &Device, existing: Existing) -> Result<(), Stop> {
 fn player(arguments: &Device, named: NamedBoard) -> Result<(Player, Stream, NamedBoard), Stop> {
     let sensor = files::sensor(&arguments.sensor)?;
     if let Some(path) = &arguments.replay {
-        let source = ReplaySource::open(path, &ReplayOptions::default());
+        let source = ReplaySource::open(path, &RecordingOptions::default());
         let source = source.map_err(|error| Stop::WrongInput(error.to_string()))?;
         let stream = source.stream().clone();
         let named = hello::with_channels(named, &stream)?;

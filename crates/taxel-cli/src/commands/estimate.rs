@@ -21,6 +21,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
     let file = arguments.output.clone();
     let file = file.filter(|file| !outputs::is_standard(file));
     let live = Live {
+        session: None,
         sensors: Vec::new(),
         named_sensor: Some(arguments.sensor.clone()),
         calibration: arguments.calibration.clone(),

@@ -12,14 +12,14 @@ use taxel::estimation::{FrameError, MOST_CONTACTS, MapNoise, MapOptions, State, 
 use taxel::sensor::{Element, Sensor};
 use taxel::shown;
 use taxel::table::{self, Cell, Column, number_or_null};
-use taxel_board::Board;
+use taxel_board::{Board, Pressed};
 use taxel_files::{COMMIT, Progress, VERSION};
-use taxel_recording::RecordingError;
+use taxel_recording::{RecordingError, RecordingOptions};
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
     EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
-    ReplayOptions, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary,
-    Survey, TwinSource, run_headless, run_with_page, run_with_pages,
+    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
+    run_headless, run_with_page, run_with_pages,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};
@@ -29,12 +29,30 @@ use crate::{Done, Stop, files};
 
 mod address_code;
 mod hardware;
+mod session_file;
 
 pub(crate) fn run(arguments: &Live) -> Result<Done, Stop> {
-    match &arguments.each().map_err(Stop::WrongInput)?[..] {
-        [one] => run_one(one),
-        several => run_several(arguments, several),
+    let mut each = match &arguments.session {
+        Some(path) => session_file::each(path, arguments)?,
+        None => arguments.each().map_err(Stop::WrongInput)?,
+    };
+    if let [one] = &each[..] {
+        return run_one(one);
     }
+    for (place, one) in (1..).zip(&mut each) {
+        let record = &mut one.recording.record;
+        *record = record.as_deref().map(|path| of_sensor(path, place));
+    }
+    run_several(arguments, &each)
+}
+
+/// The recording of one of several sensors: `run.mcap` of the second is `run-2.mcap`. All have one clock.
+fn of_sensor(path: &Path, place: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = path.extension().map_or_else(String::new, |extension| {
+        format!(".{}", extension.to_string_lossy())
+    });
+    path.with_file_name(format!("{stem}-{place}{end}"))
 }
 
 /// Several sensors, each with a page that leads to the others.
@@ -351,6 +369,8 @@ fn sensed(
         arguments,
         &arguments.source,
     )?;
+    let steps = board_of(&run).map_or(Vec::new(), |board| board.steps());
+    touch.set_steps(&steps);
     if let Some(path) = recorded_rest(arguments) {
         let bare = has_bare_recordings(&named.sensor);
         let session = |stream: &Stream| {
@@ -402,11 +422,10 @@ fn replayed(
 ) -> Result<(Session, Survey), Stop> {
     let bare = takes_bare(arguments.sensor());
     let open = || {
-        let options = ReplayOptions {
-            bare: bare || arguments.map.raw,
-            part: arguments.map.part.clone(),
-        };
-        ReplaySource::open(path, &options)
+        ReplaySource::open(
+            path,
+            &recording_options(bare || arguments.map.raw, arguments),
+        )
     };
     let surveyed = match known {
         Some(survey) => Ok((survey.clone(), Ok(()))),
@@ -428,6 +447,9 @@ fn replayed(
     let source = open()
         .map_err(|error| stop_of_source(&error))?
         .paced(&survey);
+    if let Some(taken) = source.taken().filter(|_| known.is_none()) {
+        note!("note: {}: {taken}", shown::path(path));
+    }
     let recorded = source.findings().map(RunFiles::of);
     let foreign = recorded.is_none();
     let options = PumpOptions {
@@ -448,8 +470,10 @@ fn replayed(
         && known.is_none()
     {
         let (count, parts) = (parts.len(), parts.join(", "));
+        let of_others = matches!(source.format(), taxel_recording::Format::Foreign(_));
+        let kind = if of_others { "series" } else { "sensors" };
         note!(
-            "note: the recording has {count} sensors: {parts}; this is {}; --part plays another",
+            "note: the recording has {count} {kind}: {parts}; this is {}; --part plays another",
             stream.name
         );
     }
@@ -520,6 +544,12 @@ fn gives(arguments: &Live, quantity: Quantity) -> Result<bool, Stop> {
     Ok(last.is_some_and(|last| last.unit().quantity == quantity))
 }
 
+/// The board of a run.
+fn board_of(run: &RunFiles) -> Option<Board> {
+    let board = run.board.as_ref()?;
+    Board::parse(&board.name, &board.text).ok()
+}
+
 /// A session whose frames are a map that describes itself.
 fn map_session(
     source: impl Source + 'static,
@@ -553,14 +583,21 @@ fn map_session(
         );
     }
     // A board names its channels.
-    let board = run.board.as_ref();
-    let board = board.and_then(|board| Board::parse(&board.name, &board.text).ok());
+    let board = board_of(run);
+    let (steps, kinds) = board
+        .as_ref()
+        .map_or_else(Default::default, |board| (board.steps(), board.kinds()));
     let names = board.iter().flat_map(Board::names).map(str::to_owned);
     let names: Vec<String> = names.collect();
     let options_of = |noise: &MapNoise| MapOptions {
         noise: noise.clone(),
         all_events,
         names: names.clone(),
+        steps: steps.clone(),
+        kinds: kinds.clone(),
+        falls: board
+            .as_ref()
+            .is_some_and(|board| board.pressed == Pressed::Falls),
     };
     let mut touch = TouchSession::map(stream, &options_of(noise));
     if let Some(path) = recorded_rest(arguments) {
@@ -590,18 +627,19 @@ fn map_session(
     })
 }
 
-/// How the recording of the rest values is opened.
-fn rest_options(bare: bool, arguments: &Live) -> ReplayOptions {
-    ReplayOptions {
+/// How a recording is opened.
+fn recording_options(bare: bool, arguments: &Live) -> RecordingOptions {
+    RecordingOptions {
         bare,
         part: arguments.map.part.clone(),
+        columns: arguments.map.columns.clone().unwrap_or_default(),
     }
 }
 
 /// The noise of a recording at rest.
 fn noise_of(path: &Path, bare: bool, arguments: &Live) -> Result<MapNoise, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
-    let options = rest_options(bare, arguments);
+    let options = recording_options(bare, arguments);
     let (survey, end) = Survey::of(ReplaySource::open(path, &options).map_err(wrong)?);
     end.map_err(wrong)?;
     Ok(survey.noise)
@@ -616,7 +654,7 @@ fn rest_of(
 ) -> Result<taxel::estimation::Rest, Stop> {
     let wrong = |error: SourceError| Stop::WrongInput(format!("--rest {error}"));
     let refused = |why: String| Stop::WrongInput(format!("--rest {}: {why}", shown::path(path)));
-    let options = rest_options(bare, arguments);
+    let options = recording_options(bare, arguments);
     let mut source = ReplaySource::open(path, &options).map_err(wrong)?;
     let mut session = session(source.stream())?;
     session.begin_rest_capture(REST_FRAMES);

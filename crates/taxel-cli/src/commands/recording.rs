@@ -24,10 +24,12 @@ use crate::{Done, Stop};
 
 mod compare;
 mod decode;
+mod import;
 
 pub(crate) fn run(arguments: &Recording) -> Result<Done, Stop> {
     match &arguments.command {
         RecordingCommand::Inspect(inspect) => self::inspect(inspect),
+        RecordingCommand::Import(import) => import::run(import),
         RecordingCommand::Repair(repair) => self::repair(repair),
         RecordingCommand::Export(export) => self::export(export),
         RecordingCommand::Cut(cut) => self::cut(cut),
@@ -68,7 +70,7 @@ fn known(path: &Path, findings: &Findings) -> Result<(), Stop> {
     let message = match &findings.foreign {
         Some(foreign) => format!("is an MCAP file, but no recording of taxel: {foreign}"),
         None if findings.chunks == 0 && !is_mcap => {
-            "is no recording of taxel live --record\nhelp: CSV recordings are played with taxel live --source replay:FILE".into()
+            "is no recording of taxel live --record\nhelp: CSV recordings are played with taxel live --source replay:FILE; taxel recording import makes one of the files of other programs".into()
         }
         None => return Ok(()),
     };
@@ -90,6 +92,7 @@ struct Survey {
 }
 
 fn survey(path: &Path) -> Result<Survey, Stop> {
+    import::refuse(path)?;
     let mut reader = reader(path)?;
     let (mut links, mut channels) = (Vec::new(), 0);
     let mut device_times: Option<[u64; 2]> = None;
@@ -261,14 +264,27 @@ impl Survey {
 }
 
 fn inspect(arguments: &Inspect) -> Result<Done, Stop> {
+    if let Some(done) = import::inspect(arguments)? {
+        return Ok(done);
+    }
     let survey = survey(&arguments.file)?;
     let fields = survey.fields(&arguments.file);
+    print_fields(fields, arguments.format)?;
+    Ok(if survey.well() {
+        Done::Complete
+    } else {
+        Done::WithLosses
+    })
+}
+
+/// Facts one below the other, or as a row.
+fn print_fields(fields: Map<String, Value>, format: Format) -> Result<(), Stop> {
     let plain = |value: &Value| match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
         value => value.to_string(),
     };
-    let text = match arguments.format {
+    let text = match format {
         Format::Json => table::json(&Value::Object(fields)),
         Format::Csv => {
             let columns: Vec<_> = fields.keys().map(table::Column::plain).collect();
@@ -281,12 +297,7 @@ fn inspect(arguments: &Inspect) -> Result<Done, Stop> {
             .map(|(key, value)| [&format!("{key:<24} "), &*plain(value), "\n"].concat())
             .collect(),
     };
-    outputs::print(&text)?;
-    Ok(if survey.well() {
-        Done::Complete
-    } else {
-        Done::WithLosses
-    })
+    outputs::print(&text).map(drop)
 }
 
 /// A file that is written.

@@ -43,6 +43,13 @@ pub(crate) fn store(
     designs: usize,
 ) -> Result<Store, Stop> {
     let store = Store::open(folder, block(study, text, designs), text).map_err(refused)?;
+    if store.rebuilt {
+        note!(
+            "note: --store {}: its manifest was lost or cut; it is written anew, and {} designs are kept",
+            shown::path(store.folder()),
+            store.len()
+        );
+    }
     if store.damaged > 0 {
         note!(
             "note: {} damaged blocks in {}: their designs are computed again",

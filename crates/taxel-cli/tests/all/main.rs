@@ -25,6 +25,7 @@ mod devices;
 mod documents;
 mod estimate;
 mod fabricate;
+mod foreign;
 mod habits;
 mod in_plane;
 #[cfg(unix)]

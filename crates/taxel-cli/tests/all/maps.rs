@@ -8,7 +8,8 @@ use crate::common::{Folder, done, refused, taxel};
 use serde_json::Value;
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{MOST_CONTACTS, MapOptions, TouchEventKind, TouchSession};
-use taxel_serve::{Next, ReplayOptions, ReplaySource, Source as _, Survey};
+use taxel_recording::RecordingOptions;
+use taxel_serve::{Next, ReplaySource, Source as _, Survey};
 
 #[path = "../../../taxel-recording/examples/samples/recordings/mod.rs"]
 mod samples;
@@ -23,7 +24,7 @@ fn recording(name: &str) -> PathBuf {
 
 /// A session of a recording, as the program has it, and its frames.
 fn session(path: &Path, all_events: bool) -> (TouchSession, Stream, Vec<Frame>) {
-    let open = || ReplaySource::open(path, &ReplayOptions::default()).unwrap();
+    let open = || ReplaySource::open(path, &RecordingOptions::default()).unwrap();
     let (survey, end) = Survey::of(open());
     end.unwrap();
     let mut source = open().paced(&survey);

@@ -31,6 +31,63 @@ fn inspected(file: &str) -> (Option<i32>, Value) {
 
 const FAST: [&str; 4] = ["--speed", "max", "--frames", "400"];
 
+/// Each sensor of a session has its recording, and what came at the same time has the same time in both.
+#[test]
+fn the_recordings_of_a_session_have_one_clock() {
+    let folder = Folder::new("recording-session");
+    let session = folder.path("hands.toml");
+    let sensor = |name: &str| format!("[[sensor]]\nfile = \"{name}\"\nsource = \"sim:\"\n");
+    let text = format!(
+        "schema = 1\nrecord = \"hands.mcap\"\n{}{}",
+        sensor("own.toml"),
+        sensor(SENSOR)
+    );
+    fs::write(&session, text).unwrap();
+    // Paths are relative to the folder of the session file.
+    let shipped = taxel::sensor::Sensor::shipped_text("in-plane-50um").unwrap();
+    fs::write(folder.path("own.toml"), shipped).unwrap();
+    let now = || SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+    let begun = now();
+    done(&[
+        "live",
+        "--session",
+        &session,
+        "--frames",
+        "60",
+        "--port",
+        "0",
+    ]);
+    let ended = now();
+    let times = [1, 2].map(|place| {
+        let file = folder.path(&format!("hands-{place}.mcap"));
+        assert!(
+            done(&["recording", "inspect", &file]).contains("60"),
+            "{file}"
+        );
+        let bytes = fs::read(&file).unwrap();
+        let mut reader = McapReader::new(bytes.as_slice());
+        let mut first = None;
+        while let Some(entry) = reader.next().unwrap() {
+            if entry.topic == Topic::Raw {
+                let message = FrameMessage::decode(entry.bytes).unwrap();
+                first.get_or_insert(message.utc_ns);
+            }
+        }
+        Duration::from_nanos(first.unwrap())
+    });
+    // The clock of the computer may be set while they run, by less than it is off: a second.
+    let slack = Duration::from_secs(1);
+    for time in times {
+        assert!(begun < time + slack && time < ended + slack, "{times:?}");
+    }
+    fs::write(
+        &session,
+        "schema = 1\n[[sensor]]\nfile = \"x.toml\"\nsorce = \"sim:\"\n",
+    )
+    .unwrap();
+    assert!(refused(&["live", "--session", &session]).contains("sorce"));
+}
+
 #[test]
 fn a_run_plays_again_byte_for_byte() {
     let folder = Folder::new("recording-replay");
@@ -474,14 +531,15 @@ fn damaged_recordings_are_inspected_repaired_and_cut() {
     assert!(
         refused(&["recording", "cut", &file, "--from", "5", "-o", &part]).contains("with its unit")
     );
-    // A file that is none is refused by name.
-    let csv = folder.path("a.csv");
+    // A file that is none is refused by name; a table can be looked at, and is none to repair.
+    let [none, csv] = ["a.txt", "a.csv"].map(|name| folder.path(name));
+    fs::write(&none, "no numbers here\n").unwrap();
     fs::write(&csv, "time [s],r0c0 [kPa]\n0,1\n").unwrap();
-    assert!(refused(&["recording", "inspect", &csv]).contains("is no recording"));
-    assert!(
-        refused(&["recording", "repair", &csv, "-o", &folder.path("y.mcap")])
-            .contains("is no recording")
-    );
+    assert!(refused(&["recording", "inspect", &none]).contains("is no recording"));
+    for file in [&none, &csv] {
+        let repair = ["recording", "repair", file, "-o", &folder.path("y.mcap")];
+        assert!(refused(&repair).contains("is no recording"));
+    }
     assert!(!Path::new(&folder.path("y.mcap")).exists());
 }
 

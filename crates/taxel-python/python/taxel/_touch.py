@@ -474,13 +474,23 @@ class Recording(_Equal):
         return f"<Recording {self.name}: {len(self)} frames of {rows} x {columns} taxels, {self.quantity} [{self.unit}]>"
 
 
-def read(path: str | os.PathLike[str], *, part: str | None = None, bare: bool = False) -> Recording:
+def read(
+    path: str | os.PathLike[str],
+    *,
+    part: str | None = None,
+    bare: bool = False,
+    columns: str | None = None,
+) -> Recording:
     """Reads a recording; its format is recognised by its content.
 
     Args:
-        path: MCAP of ``taxel live --record``, CSV, Tekscan, XSENSOR.
-        part: Name or number from 1 of the sensor in a recording of several; default the first.
+        path: MCAP of ``taxel live --record``, CSV, Tekscan, XSENSOR, or a recording of another
+            program: bags of ROS, XDF, NPY, NPZ, HDF5.
+        part: Name or number from 1 of the sensor, topic, stream or data set in a recording of
+            several; default the first sensor, or the only series.
         bare: True if rows of numbers without a header are the channels of a device.
+        columns: What columns or channels are, such as ``"time=2[ms],value=3-18[kPa]"``; default
+            as they are recognised.
 
     A recording that is damaged is read up to the damage: a warning says so, and
     :attr:`Recording.damage`.
@@ -490,7 +500,7 @@ def read(path: str | os.PathLike[str], *, part: str | None = None, bare: bool = 
     """
     import warnings
 
-    found = _taxel.read_recording(os.fspath(path), part, bare)
+    found = _taxel.read_recording(os.fspath(path), part, bare, columns)
     about = found["about"]
     if found["damage"]:
         warnings.warn(f"read up to the damage: {found['damage']}", stacklevel=2)

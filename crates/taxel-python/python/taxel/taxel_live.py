@@ -95,7 +95,7 @@ class Frame:
         # False while the values are no forces yet.
         self.zero_known = not flags & 32
         self.tared, self.tare_running, self.clipped = bool(flags & 1), bool(flags & 2), bool(flags & 4)
-        # Arrival by the steady clock of the server, ns since its source was opened; None without a link.
+        # Arrival by the steady clock of the server, ns since its program began; None without a link.
         self.host_ns = None if host_ns == NOT_KNOWN else host_ns
         n = self.components
         needed = HEADER.size + CONTACT.size * contacts + 5 * channels + (8 * n + 6) * taxels

@@ -28,6 +28,7 @@ pub use message::{
 };
 pub use reader::{Damage, Findings, McapReader, StoredMessage};
 pub use record::{Attachment, MAGIC, Metadata};
+pub(crate) use record::{Fields, code};
 pub use rewrite::{Rewritten, rewrite};
 pub use schemas::Topic;
 pub use storage::Storage;

@@ -9,22 +9,22 @@ pub(super) const HEAD: usize = 9;
 pub(super) const LARGEST: usize = 1 << 26;
 
 /// Codes of records.
-pub(super) mod code {
-    pub(in super::super) const HEADER: u8 = 1;
-    pub(in super::super) const FOOTER: u8 = 2;
-    pub(in super::super) const SCHEMA: u8 = 3;
-    pub(in super::super) const CHANNEL: u8 = 4;
-    pub(in super::super) const MESSAGE: u8 = 5;
-    pub(in super::super) const CHUNK: u8 = 6;
-    pub(in super::super) const MESSAGE_INDEX: u8 = 7;
-    pub(in super::super) const CHUNK_INDEX: u8 = 8;
-    pub(in super::super) const ATTACHMENT: u8 = 9;
-    pub(in super::super) const ATTACHMENT_INDEX: u8 = 10;
-    pub(in super::super) const STATISTICS: u8 = 11;
-    pub(in super::super) const METADATA: u8 = 12;
-    pub(in super::super) const METADATA_INDEX: u8 = 13;
-    pub(in super::super) const SUMMARY_OFFSET: u8 = 14;
-    pub(in super::super) const DATA_END: u8 = 15;
+pub(crate) mod code {
+    pub(crate) const HEADER: u8 = 1;
+    pub(crate) const FOOTER: u8 = 2;
+    pub(crate) const SCHEMA: u8 = 3;
+    pub(crate) const CHANNEL: u8 = 4;
+    pub(crate) const MESSAGE: u8 = 5;
+    pub(crate) const CHUNK: u8 = 6;
+    pub(crate) const MESSAGE_INDEX: u8 = 7;
+    pub(crate) const CHUNK_INDEX: u8 = 8;
+    pub(crate) const ATTACHMENT: u8 = 9;
+    pub(crate) const ATTACHMENT_INDEX: u8 = 10;
+    pub(crate) const STATISTICS: u8 = 11;
+    pub(crate) const METADATA: u8 = 12;
+    pub(crate) const METADATA_INDEX: u8 = 13;
+    pub(crate) const SUMMARY_OFFSET: u8 = 14;
+    pub(crate) const DATA_END: u8 = 15;
 }
 
 /// Appends a record whose body `fill` appends; the number of its bytes.
@@ -67,38 +67,38 @@ pub(super) fn put_map(out: &mut Vec<u8>, pairs: &[(String, String)]) {
 
 /// Reads the fields of a record; `None` where it has no more of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fields<'a>(pub(super) &'a [u8]);
+pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
 impl<'a> Fields<'a> {
-    pub(super) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
+    pub(crate) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
         Some(taken)
     }
 
-    pub(super) fn u8(&mut self) -> Option<u8> {
+    pub(crate) fn u8(&mut self) -> Option<u8> {
         Some(self.take(1)?[0])
     }
 
-    pub(super) fn u16(&mut self) -> Option<u16> {
+    pub(crate) fn u16(&mut self) -> Option<u16> {
         Some(u16::from_le_bytes(self.take(2)?.try_into().ok()?))
     }
 
-    pub(super) fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         Some(u32::from_le_bytes(self.take(4)?.try_into().ok()?))
     }
 
-    pub(super) fn u64(&mut self) -> Option<u64> {
+    pub(crate) fn u64(&mut self) -> Option<u64> {
         Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
     }
 
     /// Text behind its length.
-    pub(super) fn text(&mut self) -> Option<&'a str> {
+    pub(crate) fn text(&mut self) -> Option<&'a str> {
         let length = self.u32()? as usize;
         str::from_utf8(self.take(length)?).ok()
     }
 
-    pub(super) fn map(&mut self) -> Option<Vec<(String, String)>> {
+    pub(crate) fn map(&mut self) -> Option<Vec<(String, String)>> {
         let length = self.u32()? as usize;
         let mut inner = Fields(self.take(length)?);
         let mut pairs = Vec::new();
@@ -109,7 +109,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The next record: its code and its body.
-    pub(super) fn record(&mut self) -> Option<(u8, &'a [u8])> {
+    pub(crate) fn record(&mut self) -> Option<(u8, &'a [u8])> {
         let code = self.u8()?;
         let length = usize::try_from(self.u64()?).ok()?;
         Some((code, self.take(length)?))

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 use std::io::BufRead;
 
+use super::columns::{Taken, column_names, split_unit, values_taken};
 use super::lines::{Dialect, Field, Lines, quote};
 use super::remarks::Remarks;
 use super::{MOST_TAXELS, Opened, RecordingError, units};
@@ -41,14 +42,48 @@ pub(super) fn is_comment(line: &str) -> bool {
     line.trim_start().trim_start_matches('"').starts_with('#')
 }
 
+/// True for a header line that names channels, or nothing but a time and a running number.
 pub(super) fn recognises(line: &str) -> bool {
-    Dialect::of_line(line).fields(line).any(|field| {
-        let text = field.text();
-        let (name, _) = split_unit(&text);
-        name.eq_ignore_ascii_case("time")
-            || name.eq_ignore_ascii_case("sequence")
-            || channel(name).is_some()
-    })
+    let dialect = Dialect::of_line(line);
+    let named = |is: &dyn Fn(&str) -> bool, field: Field<'_>| is(split_unit(&field.text()).0);
+    let is_channel = |name: &str| channel(name.split('.').next().unwrap_or(name)).is_some();
+    let is_other = |name: &str| {
+        ["time", "sequence"]
+            .iter()
+            .any(|known| name.eq_ignore_ascii_case(known))
+    };
+    dialect.fields(line).any(|field| named(&is_channel, field))
+        || dialect.fields(line).all(|field| named(&is_other, field))
+}
+
+/// Rows, columns and channels of a taxel, and the place of each in a frame, of channels with these
+/// names; `None` if they are not the names of all channels of a grid.
+pub(super) fn layout(names: &[&str]) -> Option<([usize; 3], Vec<usize>)> {
+    let channels: Vec<Channel> = names
+        .iter()
+        .map(|name| channel(name))
+        .collect::<Option<_>>()?;
+    let (rows, columns) = channels.iter().fold((0, 0), |(rows, columns), one| {
+        (
+            rows.max(one.row.saturating_add(1)),
+            columns.max(one.column.saturating_add(1)),
+        )
+    });
+    let set = |one: &Channel| one.part.map(|part| part.set);
+    let first = set(channels.first()?);
+    let each = first.map_or(1, |set| SETS[set].len());
+    let full = u128::from(rows) * u128::from(columns) * each as u128 == names.len() as u128;
+    let distinct: HashSet<_> = channels.iter().collect();
+    if !full || distinct.len() != names.len() || channels.iter().any(|one| set(one) != first) {
+        return None;
+    }
+    let grid = Grid {
+        rows: rows as usize,
+        columns: columns as usize,
+        per_taxel: each,
+    };
+    let places = channels.into_iter().map(|one| grid.index(one)).collect();
+    Some(([grid.rows, grid.columns, each], places))
 }
 
 #[derive(Debug)]
@@ -340,6 +375,34 @@ impl Channel {
 }
 
 impl Decoder {
+    /// What the header says, in words.
+    pub(super) fn taken(&self, stream: &Stream) -> Taken {
+        let names: Vec<&str> = self.columns.iter().map(|column| &*column.name).collect();
+        let of = |is: &dyn Fn(Role) -> bool| -> Vec<usize> {
+            let all = self.columns.iter().enumerate();
+            all.filter(|(_, column)| is(column.role))
+                .map(|(at, _)| at)
+                .collect()
+        };
+        let listed = |is: &dyn Fn(Role) -> bool| column_names(&of(is), &names);
+        let shape = [stream.rows, stream.columns, stream.channels_per_taxel];
+        let values = listed(&|role| matches!(role, Role::Channel { .. }));
+        let sequence = of(&|role| matches!(role, Role::Sequence));
+        Taken {
+            time: format!(
+                "{}, by the header",
+                listed(&|role| matches!(role, Role::Time { .. }))
+            ),
+            sequence: if sequence.is_empty() {
+                "none, rows are counted".into()
+            } else {
+                column_names(&sequence, &names)
+            },
+            values: values_taken(&values, shape, &stream.unit),
+            ignored: listed(&|role| matches!(role, Role::Truth)),
+        }
+    }
+
     /// Takes every channel for so many SI units a number.
     fn count_in(&mut self, si_per_number: f64) {
         for column in &mut self.columns {
@@ -353,11 +416,18 @@ impl Decoder {
         &mut self,
         lines: &mut Lines<R>,
     ) -> Result<Option<Frame>, RecordingError> {
-        if !lines.advance_to_row(&self.dialect)? {
-            if self.end_is_marked {
-                return Err(lines.truncated("the mark of its end is missing"));
+        loop {
+            if !lines.advance_to_row(&self.dialect)? {
+                if self.end_is_marked {
+                    return Err(lines.truncated("the mark of its end is missing"));
+                }
+                return Ok(None);
             }
-            return Ok(None);
+            let text = lines.text();
+            // An unfinished comment may be the beginning of the mark of the end.
+            if !is_comment(text) || text.starts_with(END) || !lines.terminated() {
+                break;
+            }
         }
         if let Some(frames) = lines.text().strip_prefix(END) {
             let said = frames
@@ -481,17 +551,6 @@ fn put(
     Ok(())
 }
 
-/// Name and unit of `time [s]`.
-fn split_unit(title: &str) -> (&str, Option<&str>) {
-    let unit = title
-        .strip_suffix(']')
-        .and_then(|rest| rest.rsplit_once('['));
-    match unit {
-        Some((name, unit)) => (name.trim(), Some(unit.trim())),
-        None => (title.trim(), None),
-    }
-}
-
 fn channel(name: &str) -> Option<Channel> {
     if let Some(number) = name.strip_prefix(NUMBERED) {
         let number: u64 = number.parse().ok()?;
@@ -523,7 +582,7 @@ fn channel(name: &str) -> Option<Channel> {
     })
 }
 
-pub(super) fn base_name(file: &str) -> &str {
+pub(crate) fn base_name(file: &str) -> &str {
     file.rsplit(['/', '\\']).next().unwrap_or(file)
 }
 
@@ -659,7 +718,11 @@ mod tests {
             ("time [s],r0c0\n", 1, "no unit"),
             ("time [s],r0c0 [ell]\n", 1, "`ell` is not a unit"),
             ("time [s],r0c0.33 [fF]\n", 1, "no column of a recording"),
-            ("time [s],temperature [C]\n", 1, "no column of a recording"),
+            (
+                "time [s],temperature [C],r0c0 [raw]\n",
+                1,
+                "no column of a recording",
+            ),
             ("time,r0c0 [raw]\n", 1, "needs a unit"),
             ("time [min],r0c0 [raw]\n", 1, "needs a unit"),
             ("r0c0 [raw]\n", 1, "no time column"),

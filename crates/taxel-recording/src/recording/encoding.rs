@@ -1,4 +1,5 @@
-//! Text in UTF-16, as spreadsheets save "Unicode text", recognised by its byte order mark.
+//! Text in UTF-16, as spreadsheets save "Unicode text", recognised by its byte order mark or
+//! by the zeros of its first letters.
 
 use std::io::{self, BufRead};
 
@@ -40,12 +41,12 @@ impl<R: BufRead> Decoded<R> {
     /// Bytes in UTF-8; none at the end.
     pub(super) fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if matches!(self.state, State::Unknown) {
-            self.state = match Utf16::of_mark(self.reader.fill_buf()?) {
-                Some(order) => {
-                    self.reader.consume(Utf16::MARK);
-                    State::Utf16(Pieces::new(order))
-                }
-                None => State::AsItIs,
+            let begin = self.reader.fill_buf()?;
+            self.state = if let Some(order) = Utf16::of_mark(begin) {
+                self.reader.consume(Utf16::MARK);
+                State::Utf16(Pieces::new(order))
+            } else {
+                without_mark(begin).map_or(State::AsItIs, |order| State::Utf16(Pieces::new(order)))
             };
         }
         match &mut self.state {
@@ -60,6 +61,16 @@ impl<R: BufRead> Decoded<R> {
             _ => self.reader.consume(count),
         }
     }
+}
+
+/// The order of the bytes of plain letters in UTF-16, of which every other one is zero.
+fn without_mark(begin: &[u8]) -> Option<Utf16> {
+    let (pairs, _) = begin.get(..6)?.as_chunks::<2>();
+    if pairs.iter().all(|[low, high]| *low != 0 && *high == 0) {
+        return Some(Utf16::Little);
+    }
+    let big = pairs.iter().all(|[high, low]| *low != 0 && *high == 0);
+    big.then_some(Utf16::Big)
 }
 
 impl Pieces {
@@ -110,6 +121,11 @@ mod tests {
         };
         let expected = frames(text.as_bytes());
         assert_eq!(expected.len(), 2);
+        let plain: Vec<u8> = text["# 𝛼 µ\r\n".len()..]
+            .encode_utf16()
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        assert_eq!(frames(&plain), expected);
         assert_eq!(frames(&[&[0xff, 0xfe], &little[..]].concat()), expected);
         assert_eq!(frames(&[&[0xfe, 0xff], &big[..]].concat()), expected);
     }

@@ -5,6 +5,7 @@
 //! be distinguished from one that is wrong, and no line may grow without bound.
 
 use std::borrow::Cow;
+use std::collections::VecDeque;
 use std::io::{BufRead, ErrorKind};
 
 use super::RecordingError;
@@ -27,6 +28,16 @@ pub(super) struct Lines<R> {
     number: usize,
     terminated: bool,
     again: bool,
+    /// Lines that were looked at and are still to come.
+    ahead: VecDeque<Result<Ahead, RecordingError>>,
+}
+
+/// A line that was looked at.
+#[derive(Debug)]
+struct Ahead {
+    text: String,
+    number: usize,
+    terminated: bool,
 }
 
 impl<R: BufRead> Lines<R> {
@@ -39,7 +50,38 @@ impl<R: BufRead> Lines<R> {
             number: 0,
             terminated: true,
             again: false,
+            ahead: VecDeque::new(),
         }
+    }
+
+    /// The lines from this one on, up to `count`: all of them are still to come.
+    pub(super) fn look(&mut self, count: usize) -> Vec<String> {
+        let mut held = VecDeque::new();
+        let mut room = LONGEST_LINE;
+        while held.len() < count {
+            match self.advance() {
+                Ok(true) => {
+                    room = room.saturating_sub(self.text.len());
+                    held.push_back(Ok(Ahead {
+                        text: self.text.clone(),
+                        number: self.number,
+                        terminated: self.terminated,
+                    }));
+                    if room == 0 {
+                        break;
+                    }
+                }
+                Ok(false) => break,
+                Err(error) => {
+                    held.push_back(Err(error));
+                    break;
+                }
+            }
+        }
+        held.append(&mut self.ahead);
+        self.ahead = held;
+        let lines = self.ahead.iter().filter_map(|line| line.as_ref().ok());
+        lines.map(|line| line.text.clone()).collect()
     }
 
     /// Goes to the next line that is not blank; `false` at the end of the file.
@@ -56,6 +98,11 @@ impl<R: BufRead> Lines<R> {
     /// line stays in place for messages.
     pub(super) fn advance(&mut self) -> Result<bool, RecordingError> {
         if std::mem::take(&mut self.again) {
+            return Ok(true);
+        }
+        if let Some(line) = self.ahead.pop_front() {
+            let line = line?;
+            (self.text, self.number, self.terminated) = (line.text, line.number, line.terminated);
             return Ok(true);
         }
         self.bytes.clear();
@@ -197,14 +244,86 @@ impl Dialect {
         })
     }
 
+    /// That of a table which begins with `rows`, and the index of its first row: the first
+    /// separator by which a row has nothing but numbers, else the first by which three rows have
+    /// as many fields, the last two of them with numbers. `wanted` is the least number of fields.
+    /// A number between quotes may have a decimal comma whatever the separator.
+    pub(super) fn of_table(rows: &[String], wanted: usize) -> Option<(Self, usize)> {
+        let separators = || {
+            let all = [b';', b'\t', b'|', b',', b' '].into_iter();
+            all.map(|separator| Self {
+                separator,
+                decimal: None,
+            })
+        };
+        let fields = |dialect: &Self, row: &str| dialect.fields(row).count();
+        let numbers = |dialect: &Self, row: &str| {
+            let mut own = dialect.clone();
+            dialect
+                .fields(row)
+                .filter(|field| own.is_measured(&field.text()))
+                .count()
+        };
+        let is_full = |dialect: &Self, row: &str| {
+            let missing = dialect
+                .fields(row)
+                .filter(|field| is_missing(&field.text()))
+                .count();
+            let (all, found) = (fields(dialect, row), numbers(dialect, row));
+            all >= wanted && found > 0 && found + missing == all
+        };
+        let full = || {
+            rows.iter().enumerate().find_map(|(at, row)| {
+                let found = separators().find(|dialect| is_full(dialect, row));
+                found.map(|dialect| (dialect, at))
+            })
+        };
+        let even = || {
+            separators().find_map(|dialect| {
+                let is_row = |row: &str| numbers(&dialect, row) > 0;
+                let all = rows.windows(3).position(|three| {
+                    let count = fields(&dialect, &three[0]);
+                    let even = three.iter().all(|row| fields(&dialect, row) == count);
+                    count >= wanted.max(2) && even && is_row(&three[1]) && is_row(&three[2])
+                })?;
+                let first = if is_row(&rows[all]) { all } else { all + 1 };
+                Some((dialect, first))
+            })
+        };
+        let (mut dialect, at) = full().or_else(even)?;
+        if dialect.separator == b',' && !rows[at].contains('"') {
+            dialect.decimal = Some(b'.');
+        }
+        Some((dialect, at))
+    }
+
+    /// A number, or a date with a time of day.
+    fn is_measured(&mut self, text: &str) -> bool {
+        self.clone().number(text).is_some() || date_time(text).is_some()
+    }
+
+    /// The name of the separator.
+    pub(super) fn separator_name(&self) -> &'static str {
+        match self.separator {
+            b';' => "semicolons",
+            b'\t' => "tabs",
+            b'|' => "vertical bars",
+            b' ' => "blanks",
+            _ => "commas",
+        }
+    }
+
     pub(super) fn fields<'a>(&self, line: &'a str) -> Fields<'a> {
         Fields::new(line, self.separator)
     }
 
-    /// True if a line has nothing but blanks and separators.
+    /// True if a line has nothing but blanks and separators, or is the rule below the head of a
+    /// table between vertical bars.
     pub(super) fn is_blank(&self, line: &str) -> bool {
-        line.bytes()
-            .all(|byte| byte == self.separator || byte.is_ascii_whitespace())
+        let rule: &[u8] = if self.separator == b'|' { b"-:+=" } else { b"" };
+        line.bytes().all(|byte| {
+            byte == self.separator || byte.is_ascii_whitespace() || rule.contains(&byte)
+        })
     }
 
     /// `text` with a decimal point, if it can be a number of this file.
@@ -278,6 +397,15 @@ pub(super) struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     fn new(line: &'a str, separator: u8) -> Self {
+        let line = match separator {
+            b' ' => line.trim(),
+            b'|' => {
+                let line = line.trim();
+                let line = line.strip_prefix('|').unwrap_or(line);
+                line.strip_suffix('|').unwrap_or(line)
+            }
+            _ => line,
+        };
         Self {
             rest: Some(line),
             separator,
@@ -291,17 +419,97 @@ impl<'a> Iterator for Fields<'a> {
     fn next(&mut self) -> Option<Field<'a>> {
         let rest = self.rest?;
         let mut quoted = false;
-        let end = rest.bytes().position(|byte| {
+        let blanks = self.separator == b' ';
+        let mut bytes = rest.bytes().enumerate();
+        let end = bytes.find_map(|(at, byte)| {
             quoted ^= byte == b'"';
-            byte == self.separator && !quoted
+            let ends = !quoted && (byte == self.separator || blanks && byte == b'\t');
+            // A unit in brackets belongs to the name before it.
+            let unit = || rest[at..].trim_start().starts_with(['[', '(']);
+            (ends && !(blanks && unit())).then_some(at)
         });
         let (field, rest) = match end {
+            Some(at) if blanks => (&rest[..at], Some(rest[at..].trim_start())),
             Some(at) => (&rest[..at], Some(&rest[at + 1..])),
             None => (rest, None),
         };
         self.rest = rest;
         Some(Field { raw: field.trim() })
     }
+}
+
+/// True for a cell of a table without a number: empty, or one of the words by which programs
+/// say that a value is missing or beyond the range.
+pub(super) fn is_missing(text: &str) -> bool {
+    const WORDS: [&str; 13] = [
+        "",
+        "nan",
+        "na",
+        "n/a",
+        "null",
+        "none",
+        "inf",
+        "+inf",
+        "-inf",
+        "infinity",
+        "-infinity",
+        "ovf",
+        "-",
+    ];
+    WORDS.iter().any(|word| text.eq_ignore_ascii_case(word))
+}
+
+/// A date with a time of day by ISO 8601, or with a blank for its `T`, in ns of Unix time: UTC
+/// unless it states its distance from it.
+pub(super) fn date_time(text: &str) -> Option<u64> {
+    let (date, time) = text.split_at_checked(10)?;
+    let number = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        digits.then(|| text.parse::<i64>().ok())?
+    };
+    let mut parts = date.split(['-', '/']).map(number);
+    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+    let time = time.strip_prefix(['T', 't', ' '])?;
+    let zone = time.find(['Z', 'z', '+', '-']).unwrap_or(time.len());
+    let (time, zone) = time.split_at(zone);
+    let mut parts = time.trim().splitn(3, ':');
+    let (hour, minute) = (number(parts.next()?)?, number(parts.next()?)?);
+    let second = scaled_integer(&parts.next().unwrap_or("0").replace(',', "."), 9)?;
+    let valid = (1970..2500).contains(&year)
+        && (1..=12).contains(&month)
+        && (1..=31).contains(&day)
+        && hour < 24
+        && minute < 60
+        && second < 61_000_000_000;
+    if !valid {
+        return None;
+    }
+    let zone_minutes = match zone.trim().split_at_checked(1) {
+        None | Some(("Z" | "z", "")) => 0,
+        Some((sign, rest)) => {
+            let rest = rest.replace(':', "");
+            let (hours, minutes) = rest.split_at_checked(2)?;
+            let minutes = if minutes.is_empty() {
+                0
+            } else {
+                number(minutes)?
+            };
+            (number(hours)? * 60 + minutes) * if sign == "-" { -1 } else { 1 }
+        }
+    };
+    // Days of the Gregorian calendar, with the year beginning in March.
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let days =
+        365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 719_469;
+    let seconds = (days * 24 + hour) * 3600 + (minute - zone_minutes) * 60;
+    u64::try_from(seconds)
+        .ok()?
+        .checked_mul(1_000_000_000)?
+        .checked_add(second)
 }
 
 /// The number of frames is filled in where they are delivered.
@@ -407,6 +615,28 @@ mod tests {
             "1e2147483647",
         ] {
             assert_eq!(scaled_integer(wrong, 9), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn dates_become_unix_times() {
+        // date -u -d '2026-11-28 17:05:09' +%s
+        let expected = 1_795_885_509_250_000_000;
+        for text in [
+            "2026-11-28T17:05:09.25Z",
+            "2026-11-28 17:05:09,25",
+            "2026/11/28 18:35:09.250+01:30",
+            "2026-11-28T12:05:09.25-0500",
+        ] {
+            assert_eq!(date_time(text), Some(expected), "{text}");
+        }
+        for text in [
+            "2026-11-28",
+            "2026-13-28T17:05:09Z",
+            "1969-12-31T23:59:59Z",
+            "28.11.2026 17:05:09",
+        ] {
+            assert_eq!(date_time(text), None, "{text}");
         }
     }
 

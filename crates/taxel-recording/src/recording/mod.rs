@@ -4,13 +4,15 @@
 // get in the way of matching on it.
 #![allow(clippy::result_large_err)]
 
-mod bare;
 mod channels;
 mod chunks;
+mod columns;
 mod description;
 mod encoding;
 mod lines;
 mod remarks;
+mod roles;
+mod table;
 mod tekscan;
 mod units;
 mod vendors;
@@ -21,6 +23,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::io::{BufRead, ErrorKind};
 
+use crate::foreign_format::{BEGIN, ForeignFormat, refused};
 use crate::frame::{Frame, Stream};
 use crate::mcap::Findings;
 use chunks::Chunks;
@@ -28,13 +31,17 @@ use lines::{Dialect, Lines, quote};
 use remarks::Remarks;
 use taxel_ground::InputError;
 
+pub(crate) use channels::base_name;
 pub use chunks::Change;
+pub use columns::{Columns, Taken};
+pub(crate) use columns::{Role, Unit, column_name, column_names, time_unit, values_taken};
 pub use description::{described_stream, description_of};
+pub(crate) use roles::{Facts, Otherwise, TimeForm, decide, plain_unit};
 pub use writer::ChannelWriter;
 
 /// Most taxels of a recording, rows x columns; more is taken for a damaged
 /// header.
-const MOST_TAXELS: u64 = 1_000_000;
+pub(crate) const MOST_TAXELS: u64 = 1_000_000;
 
 /// A recording being read: an iterator of its frames.
 ///
@@ -54,10 +61,10 @@ pub enum Format {
     /// Raw channels with their units in the header line, see
     /// [`ChannelWriter`].
     Channels,
-    /// Rows of numbers without a header, the time in s first: only read where
-    /// the device is known ([`Recording::open_bare`]). The channels come as
-    /// counts in one row.
-    Bare,
+    /// Rows of numbers of another program, whose columns are recognised by their names and
+    /// numbers or are said ([`RecordingOptions::columns`]). Without names it is only read where
+    /// the device is known ([`RecordingOptions::bare`]) or the columns are said.
+    Table,
     /// Text export of Tekscan I-Scan (`.csv`) or F-Scan (`.asf`).
     ///
     /// A sensel marked `B` does not exist: `present` is false and its value
@@ -84,6 +91,20 @@ pub enum Format {
     Xsensor,
     /// Recording of [`crate::mcap`]: frames, touch, events and all else of a run.
     Chunks,
+    /// A file of another program.
+    Foreign(ForeignFormat),
+}
+
+/// How a recording is opened.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RecordingOptions {
+    /// True if rows of numbers without names are the channels of a device that is known.
+    pub bare: bool,
+    /// The sensor, topic, stream or data set to read of a file that holds several; the first
+    /// sensor without.
+    pub part: Option<String>,
+    /// What columns or channels are, as far as it is said.
+    pub columns: Columns,
 }
 
 /// Why a recording cannot be read, or not to its end.
@@ -146,9 +167,20 @@ impl RecordingError {
     }
 }
 
-/// Text or chunks.
+/// The frames of a file of another program.
+pub(crate) trait Frames: fmt::Debug + Send {
+    fn stream(&self) -> &Stream;
+    /// Names of the parts of the file.
+    fn parts(&self) -> &[String];
+    fn taken(&self) -> &Taken;
+    fn format(&self) -> ForeignFormat;
+    fn read(&mut self) -> Result<Option<Frame>, RecordingError>;
+}
+
+/// Text, chunks, or what another program wrote.
 #[derive(Debug)]
 enum Body<R> {
+    Foreign(Box<dyn Frames>),
     Text(Box<Text<R>>),
     Chunks(Box<Chunks<R>>),
 }
@@ -164,7 +196,7 @@ struct Text<R> {
 
 #[derive(Debug)]
 enum Decoder {
-    Bare(bare::Decoder),
+    Table(Box<table::Decoder>),
     Channels(channels::Decoder),
     Tekscan(tekscan::Decoder),
     Xsensor(Box<xsensor::Decoder>),
@@ -189,7 +221,7 @@ impl<R: BufRead> Recording<R> {
     /// before the first frame is complete, [`RecordingError::Io`] if `reader`
     /// fails.
     pub fn open(file: &str, reader: R) -> Result<Self, RecordingError> {
-        Self::open_any(file, reader, None, false)
+        Self::open_any(file, reader, &RecordingOptions::default())
     }
 
     /// Like [`Recording::open`], for the sensor called `sensor` of a file that
@@ -199,32 +231,51 @@ impl<R: BufRead> Recording<R> {
     /// Those of [`Recording::open`]; [`RecordingError::Input`] naming the
     /// sensors of the file if none is called so.
     pub fn open_sensor(file: &str, reader: R, sensor: &str) -> Result<Self, RecordingError> {
-        Self::open_any(file, reader, Some(sensor), false)
+        let part = Some(sensor.to_owned());
+        let options = RecordingOptions {
+            part,
+            ..RecordingOptions::default()
+        };
+        Self::open_any(file, reader, &options)
     }
 
-    /// Like [`Recording::open`], and rows of numbers without a header are
-    /// taken as [`Format::Bare`].
+    /// Like [`Recording::open`], as `options` say.
     ///
     /// # Errors
-    /// Those of [`Recording::open`].
-    pub fn open_bare(file: &str, reader: R) -> Result<Self, RecordingError> {
-        Self::open_any(file, reader, None, true)
+    /// Those of [`Recording::open`]; [`RecordingError::Input`] if the file has not what the
+    /// options ask for.
+    pub fn open_with(
+        file: &str,
+        reader: R,
+        options: &RecordingOptions,
+    ) -> Result<Self, RecordingError> {
+        Self::open_any(file, reader, options)
     }
 
     fn open_any(
         file: &str,
         mut reader: R,
-        wanted: Option<&str>,
-        bare: bool,
+        options: &RecordingOptions,
     ) -> Result<Self, RecordingError> {
-        let in_chunks = loop {
+        let wanted = options.part.as_deref();
+        let (in_chunks, foreign) = loop {
             match reader.fill_buf() {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                begin => break chunks::recognises(begin?),
+                begin => {
+                    let begin = begin?;
+                    let begun = &begin[..begin.len().min(BEGIN)];
+                    break (chunks::recognises(begin), ForeignFormat::of(begun));
+                }
             }
         };
+        if let Some(foreign) = foreign {
+            return Err(refused(file, foreign).into());
+        }
         if !in_chunks {
-            return Self::open_text(file, reader, wanted, bare);
+            return Self::open_text(file, reader, options);
+        }
+        if !options.columns.is_empty() {
+            return Err(no_columns(file, Format::Chunks).into());
         }
         let chunks = Chunks::open(file, reader).map_err(|error| error.after(0))?;
         let own = [chunks.stream().name.clone()];
@@ -242,24 +293,24 @@ impl<R: BufRead> Recording<R> {
 
     /// Opens raw channels alone.
     fn open_channels(file: &str, reader: R) -> Result<Self, RecordingError> {
-        Self::open_text(file, reader, None, false)
+        Self::open_text(file, reader, &RecordingOptions::default())
     }
 
     fn open_text(
         file: &str,
         reader: R,
-        wanted: Option<&str>,
-        bare: bool,
+        options: &RecordingOptions,
     ) -> Result<Self, RecordingError> {
+        let wanted = options.part.as_deref();
         let mut lines = Lines::new(file, reader);
-        let (format, remarks) = recognise(&mut lines, bare)?;
-        let opened = match format {
-            Format::Bare => bare::open(&mut lines),
-            Format::Channels => channels::open(&mut lines, &remarks),
-            Format::Tekscan => tekscan::open(&mut lines),
-            Format::Xsensor => xsensor::open(&mut lines, wanted),
-            // Never found among lines.
-            Format::Chunks => return Err(unrecognised(&lines).into()),
+        let (found, remarks) = recognise(&mut lines, options)?;
+        let opened = match found {
+            Found::Table(layout, otherwise) => {
+                layout.open(&mut lines, &options.columns, otherwise, &remarks)
+            }
+            Found::Channels => channels::open(&mut lines, &remarks),
+            Found::Tekscan => tekscan::open(&mut lines),
+            Found::Xsensor => xsensor::open(&mut lines, wanted),
         }
         .map_err(|error| error.after(0))?;
         if let Some(wanted) = wanted
@@ -279,11 +330,21 @@ impl<R: BufRead> Recording<R> {
         })
     }
 
+    /// The frames of a file of another program.
+    pub(crate) fn foreign(frames: Box<dyn Frames>) -> Self {
+        Self {
+            body: Body::Foreign(frames),
+            delivered: 0,
+            finished: false,
+        }
+    }
+
     /// Meaning of the frames: shape, unit, pitch (m), period (s), threshold.
     pub fn stream(&self) -> &Stream {
         match &self.body {
             Body::Text(text) => &text.stream,
             Body::Chunks(chunks) => chunks.stream(),
+            Body::Foreign(foreign) => foreign.stream(),
         }
     }
 
@@ -291,8 +352,9 @@ impl<R: BufRead> Recording<R> {
     pub fn format(&self) -> Format {
         match &self.body {
             Body::Chunks(_) => Format::Chunks,
+            Body::Foreign(foreign) => Format::Foreign(foreign.format()),
             Body::Text(text) => match text.decoder {
-                Decoder::Bare(_) => Format::Bare,
+                Decoder::Table(_) => Format::Table,
                 Decoder::Channels(_) => Format::Channels,
                 Decoder::Tekscan(_) => Format::Tekscan,
                 Decoder::Xsensor(_) => Format::Xsensor,
@@ -301,38 +363,58 @@ impl<R: BufRead> Recording<R> {
     }
 
     /// Names of the sensors in the file, in its order; the one delivered is
-    /// [`Stream::name`]. More than one only in [`Format::Xsensor`].
+    /// [`Stream::name`]. More than one only in [`Format::Xsensor`] and files of other programs.
     pub fn sensors(&self) -> &[String] {
         match &self.body {
             Body::Text(text) => &text.sensors,
             Body::Chunks(chunks) => std::slice::from_ref(&chunks.stream().name),
+            Body::Foreign(foreign) => foreign.parts(),
         }
     }
 
     /// What stands before the frame that was delivered last, or before the end, the oldest
-    /// first, each once; only a recording in chunks ([`Format::Chunks`]) has it.
+    /// first, each once; only a recording in chunks ([`Format::Chunks`]) and a table with a
+    /// second header have it.
     pub fn take_changes(&mut self) -> VecDeque<Change> {
         match &mut self.body {
-            Body::Text(_) => VecDeque::new(),
+            Body::Text(text) => match &mut text.decoder {
+                Decoder::Table(table) => table.take_changes(),
+                _ => VecDeque::new(),
+            },
             Body::Chunks(chunks) => chunks.take_changes(),
+            Body::Foreign(_) => VecDeque::new(),
         }
     }
 
     /// What was found in a recording in chunks so far, with its attachments.
     pub fn findings(&self) -> Option<&Findings> {
         match &self.body {
-            Body::Text(_) => None,
+            Body::Text(_) | Body::Foreign(_) => None,
             Body::Chunks(chunks) => Some(chunks.findings()),
+        }
+    }
+
+    /// What was taken for what, in a file whose columns or channels do not say it themselves.
+    pub fn taken(&self) -> Option<Taken> {
+        match &self.body {
+            Body::Text(text) => match &text.decoder {
+                Decoder::Table(table) => Some(table.taken()),
+                Decoder::Channels(decoder) => Some(decoder.taken(&text.stream)),
+                _ => None,
+            },
+            Body::Chunks(_) => None,
+            Body::Foreign(foreign) => Some(foreign.taken().clone()),
         }
     }
 
     fn read(&mut self) -> Result<Option<Frame>, RecordingError> {
         let text = match &mut self.body {
             Body::Chunks(chunks) => return chunks.read(),
+            Body::Foreign(foreign) => return foreign.read(),
             Body::Text(text) => text,
         };
         match &mut text.decoder {
-            Decoder::Bare(decoder) => decoder.read(&mut text.lines),
+            Decoder::Table(decoder) => decoder.read(&mut text.lines),
             Decoder::Channels(decoder) => decoder.read(&mut text.lines),
             Decoder::Tekscan(decoder) => decoder.read(&mut text.lines),
             Decoder::Xsensor(decoder) => decoder.read(&mut text.lines),
@@ -362,7 +444,8 @@ impl<R: BufRead> std::iter::FusedIterator for Recording<R> {}
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Bare => "rows of numbers without a header (CSV)",
+            Self::Foreign(foreign) => return foreign.fmt(f),
+            Self::Table => "table of another program",
             Self::Channels => "raw channels (CSV)",
             Self::Tekscan => "Tekscan (I-Scan CSV or F-Scan ASF)",
             Self::Xsensor => "XSENSOR (CSV)",
@@ -371,14 +454,23 @@ impl fmt::Display for Format {
     }
 }
 
+/// A format in lines.
+enum Found {
+    Table(table::Layout, Otherwise),
+    Channels,
+    Tekscan,
+    Xsensor,
+}
+
 /// Reads to the first line that is no comment and leaves it to be read again; with what the
 /// comments said.
 fn recognise<R: BufRead>(
     lines: &mut Lines<R>,
-    bare: bool,
-) -> Result<(Format, Remarks), RecordingError> {
+    options: &RecordingOptions,
+) -> Result<(Found, Remarks), RecordingError> {
     let mut remarks = Remarks::default();
-    let format = loop {
+    let mut comment = String::new();
+    loop {
         if !lines.advance()? {
             return Err(
                 InputError::whole(lines.file(), "the file has no header line")
@@ -393,41 +485,62 @@ fn recognise<R: BufRead>(
         if text.contains('\0') {
             return Err(InputError::whole(
                 lines.file(),
-                "the file is binary, or UTF-16 text without its mark",
+                "the file is binary",
             )
             .help("save it as plain CSV text in UTF-8; bytes as a board sent them are played with its board file (--board)")
             .into());
         }
         if channels::is_comment(text) {
+            text.clone_into(&mut comment);
             remarks.read(lines)?;
-            continue;
+        } else if !Dialect::of_line(text).is_blank(text) {
+            break;
         }
-        if Dialect::of_line(text).is_blank(text) {
-            continue;
-        }
-        if tekscan::recognises(text) {
-            break Format::Tekscan;
-        }
-        if xsensor::recognises(text) {
-            break Format::Xsensor;
-        }
-        if channels::recognises(text) {
-            break Format::Channels;
-        }
-        if bare && bare::recognises(text) {
-            break Format::Bare;
-        }
-        return Err(unrecognised(lines).into());
+    }
+    let text = lines.text();
+    let vendor = if tekscan::recognises(text) {
+        Some((Found::Tekscan, Format::Tekscan))
+    } else if xsensor::recognises(text) {
+        Some((Found::Xsensor, Format::Xsensor))
+    } else {
+        None
     };
+    let said = !options.columns.is_empty();
+    let is_own = vendor.is_none() && channels::recognises(text);
     lines.again();
-    Ok((format, remarks))
+    let found = match vendor {
+        Some((_, format)) if said => return Err(no_columns(lines.file(), format).into()),
+        Some((found, _)) => found,
+        None if is_own && !said => Found::Channels,
+        None => match table::Layout::of(lines, &comment) {
+            Some(layout) if !layout.is_bare() => Found::Table(layout, Otherwise::Raw),
+            Some(layout) if options.bare => Found::Table(layout, Otherwise::Bare),
+            Some(layout) if said => Found::Table(layout, Otherwise::Counts),
+            _ => {
+                // The line that messages show is the first one.
+                lines.advance()?;
+                return Err(unrecognised(lines).into());
+            }
+        },
+    };
+    Ok((found, remarks))
+}
+
+/// The refusal of columns for a file that says itself what its numbers are.
+fn no_columns(file: &str, format: Format) -> InputError {
+    InputError::whole(
+        file,
+        format!("--columns: a file of {format} says itself what its numbers are"),
+    )
+    .help("leave it out")
 }
 
 const KNOWN_FORMATS: &str = "a recording is one of\n  \
      raw channels: a header line such as `time [s],r0c0.11 [fF],r0c0.12 [fF],r0c0.21 [fF],r0c0.22 [fF]` or `time [s],r0c0 [kPa]`, then one line of numbers per frame\n  \
      Tekscan I-Scan CSV or F-Scan ASF: begins with `DATA_TYPE MOVIE`\n  \
      XSENSOR CSV: begins with `File:,` and the name of the XSN file\n  \
-     MCAP that taxel live --record has written";
+     MCAP that taxel live --record has written\n  \
+     a table with names above its columns, of which one is a time";
 
 fn unrecognised<R: BufRead>(lines: &Lines<R>) -> InputError {
     let text = lines.text();
@@ -443,7 +556,7 @@ fn unrecognised<R: BufRead>(lines: &Lines<R>) -> InputError {
         error.help(format!(
             "the numbers have no header that says what they are: add a first line such as \
              `time [s],r0c0.11 [fF],r0c0.12 [fF],r0c0.21 [fF],r0c0.22 [fF]`, with one name and unit for each \
-             column\n{KNOWN_FORMATS}"
+             column, or say it with --columns \"time=1[s],value=2-5\"\n{KNOWN_FORMATS}"
         ))
     } else {
         error.help(KNOWN_FORMATS)
@@ -451,11 +564,16 @@ fn unrecognised<R: BufRead>(lines: &Lines<R>) -> InputError {
 }
 
 fn no_such_sensor(file: &str, wanted: &str, sensors: &[String]) -> InputError {
+    no_such_part(file, wanted, &sensors.join(", "))
+}
+
+/// The refusal of a part that a file has not.
+pub(crate) fn no_such_part(file: &str, wanted: &str, has: &str) -> InputError {
     InputError::whole(
         file,
         format!("the recording has no sensor {}", quote(wanted)),
     )
-    .help(format!("it has {}", sensors.join(", ")))
+    .help(format!("it has {has}"))
 }
 
 /// A number of rows or columns, 1 to [`MOST_TAXELS`].

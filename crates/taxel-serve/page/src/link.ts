@@ -86,7 +86,7 @@ export function clockInWords(link: Link | null | undefined): string | null {
       : `at most ${ms(before)} before and ${ms(behind)} behind it`;
   const segment = clock.segments > 1 ? ` Segment ${clock.segments} of the clock.` : "";
   return (
-    `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the source was opened, ` +
+    `${times[0]} s by the clock of the board was ${times[1]} s by that of the computer since the program began, ` +
     `${known}. ${rate}${segment}`
   );
 }

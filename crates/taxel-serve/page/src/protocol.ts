@@ -136,7 +136,7 @@ export interface Link {
 /** The clock of a board against that of the computer that reads it. */
 export interface ClockRelation {
   device_time_ns: number;
-  /** When that was by the steady clock of the computer, since the source was opened. */
+  /** When that was by the steady clock of the computer, since the program began. */
   host_ns: number;
   /** Seconds of the computer in one of the board, less 1. */
   rate_difference: number;
@@ -317,7 +317,7 @@ export interface FrameHeader {
   historyUncertain: boolean;
   /** Taxels that are not part of totals and contacts. */
   leftOut: number;
-  /** By the steady clock of the server, s since the source was opened; NaN without a link. */
+  /** By the steady clock of the server, s since the program began; NaN without a link. */
   arrival: number;
   /** The wire has no check that would show damage of a value. */
   uncheckedWire: boolean;

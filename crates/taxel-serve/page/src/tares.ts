@@ -86,7 +86,7 @@ export class TareList {
       case "begun":
         return "rest values of the calibration";
       case "captured":
-        return `tare ${who}${most}`;
+        return `tare ${who}${most}${message === "" ? "" : `; ${message}`}`;
       case "cleared":
         return `cleared ${who}${most}`;
       case "undone":

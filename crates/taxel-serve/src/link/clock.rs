@@ -12,7 +12,7 @@ const EVERY_NS: u64 = 1_000_000_000;
 pub struct ClockRelation {
     /// Device time of the frame, ns.
     pub device_time_ns: u64,
-    /// Time of the steady clock at which it was read, ns since the source was opened.
+    /// Time of the steady clock at which it was read, ns since the program began.
     pub host_ns: u64,
     /// Seconds of this computer in one of the board, less 1.
     pub rate_difference: f64,

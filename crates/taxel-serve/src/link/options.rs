@@ -9,7 +9,7 @@ use super::wire::Greeting;
 
 /// Hears what a link brings, in the thread of the link: it must not wait for anything.
 pub trait LinkObserver: Send {
-    /// Bytes as they arrived, ns since the source was opened.
+    /// Bytes as they arrived, ns since the program began.
     fn wire(&mut self, host_ns: u64, bytes: &[u8]);
 
     /// Nothing has arrived since; called again and again while that is so.

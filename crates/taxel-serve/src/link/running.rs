@@ -14,6 +14,7 @@ use super::reader::{Item, Reader};
 use super::state::LinkHandle;
 use super::way;
 use super::wire::Decode;
+use crate::clock::Epoch;
 
 /// Frames that may wait for the pump: two seconds at 10 kHz.
 const WAITING: usize = 20_000;
@@ -47,7 +48,7 @@ impl Running {
         let status = LinkHandle::new(link.name(), decoder.board(), decoder.wire_class());
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, items) = sync_channel(WAITING);
-        let origin = Instant::now();
+        let origin = Epoch::of_process().at;
         let reader = Reader {
             link,
             decoder,

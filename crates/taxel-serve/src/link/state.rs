@@ -65,7 +65,7 @@ pub struct LinkStatus {
     pub state: LinkState,
     /// Since when by the wall clock, s since 1970.
     pub since_unix_s: f64,
-    /// Since when by the steady clock, ns since the source was opened.
+    /// Since when by the steady clock, ns since the program began.
     pub since_ns: u64,
     /// Why it is in this state, with advice; empty where the state says all.
     pub reason: String,

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 use taxel::shown;
 
 use taxel_recording::mcap::{
@@ -23,6 +23,7 @@ use taxel_recording::mcap::{
 };
 use taxel_recording::{Stream, description_of};
 
+use crate::clock::{Epoch, system_utc_ns};
 use crate::save::{Pace, SaveError};
 
 pub(crate) use disk::DiskFile;
@@ -157,7 +158,7 @@ impl State {
     fn new(path: &Path, told: fn(&str), when_failing: WhenRecordingFails) -> Arc<Self> {
         Arc::new(Self {
             path: path.to_owned(),
-            utc_ns: utc_ns(),
+            utc_ns: Epoch::of_process().utc_ns(),
             since: Instant::now(),
             failure: OnceLock::new(),
             told,
@@ -267,10 +268,10 @@ impl Recorder {
         &self.shared.path
     }
 
-    /// Time of this computer, ns of UTC, by a clock that is never set back.
+    /// Time of this computer, ns of UTC, by a clock that is never set back and the same for all
+    /// recordings of the process.
     pub fn utc_ns(&self) -> u64 {
-        let since = self.shared.since.elapsed().as_nanos();
-        self.shared.utc_ns + u64::try_from(since).unwrap_or(u64::MAX / 4)
+        Epoch::of_process().utc_ns()
     }
 
     /// Why the recording has ended, if it has.
@@ -326,7 +327,7 @@ impl Recorder {
     /// Records relations of clocks; UTC is that of the call, so that the steady clock should be
     /// read just before it.
     pub fn clock(&self, mut message: ClockMessage) {
-        message.utc_ns = utc_ns();
+        message.utc_ns = system_utc_ns();
         self.put(Recorded::Clock(message));
     }
 
@@ -389,10 +390,4 @@ fn pipe(messages: &Receiver<(u64, Item)>, receiver: &SyncSender<Recorded>) {
             return;
         }
     }
-}
-
-/// UTC by the clock of this computer, ns since 1970.
-fn utc_ns() -> u64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    since.map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(0))
 }

@@ -66,8 +66,6 @@ impl Twin {
     /// # Errors
     /// A sentence for people when the script does not fit the device.
     pub fn new(sensor: &Sensor, stimulus: &Stimulus, seed: u64) -> Result<Self, String> {
-        let layout = sensor.layout();
-        stimulus.fits(&layout)?;
         let piece = sensor
             .device()
             .map_err(|unreadable| unreadable.to_string())?
@@ -76,6 +74,21 @@ impl Twin {
                 let element = sensor.element.key();
                 NoModel { element }.to_string()
             })?;
+        Self::of_piece(piece, sensor, stimulus, seed)
+    }
+
+    /// The same with this piece of the fabrication of `sensor`.
+    ///
+    /// # Errors
+    /// A sentence for people when the script does not fit the device.
+    pub fn of_piece(
+        piece: Box<dyn Simulated>,
+        sensor: &Sensor,
+        stimulus: &Stimulus,
+        seed: u64,
+    ) -> Result<Self, String> {
+        let layout = sensor.layout();
+        stimulus.fits(&layout)?;
         Ok(Self {
             stream: Stream {
                 name: sensor.name.clone(),

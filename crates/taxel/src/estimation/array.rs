@@ -11,6 +11,7 @@ use super::judged::Judged;
 use super::reader::{Drift, Known, Meaning, Reader, Rules, Total};
 use super::rest::{Judge, Rest, RestCapture, RestRefused, standing_out};
 use super::segmentation::Segmentation;
+use super::steps::Steps;
 use super::touch::{ChannelState, State, TaxelTouch, Touch, UNKNOWN};
 use crate::acquisition::{Frame, Quantity, SignalUnit};
 use crate::layout::{Mount, Wrench};
@@ -85,10 +86,15 @@ pub struct ArrayEstimator {
     /// Standard deviation of one reading as drawn, and in force, SI.
     drawn_noise: Vec<f64>,
     noise: Vec<f64>,
+    steps: Steps,
+    /// What is known of each channel: what the reader knows, and the noise that a capture saw of others.
+    facts: Vec<ChannelFacts>,
     captured: Vec<Option<[f64; 2]>>,
     /// Channels that read at the high end while the device was at rest.
     at_end: Vec<bool>,
     capture: Option<RestCapture>,
+    /// True after the last frame of a rest capture.
+    emptied: bool,
     /// True until the first rest capture of a device that needs one comes to its end.
     awaits_zero: bool,
     baseline: Option<Baseline>,
@@ -142,15 +148,39 @@ impl ArrayEstimator {
             captured: vec![None; channels],
             at_end: vec![false; channels],
             capture: None,
+            emptied: false,
             awaits_zero: false,
             still: StillWatch::new(channels),
+            steps: Steps::new(&*reader, &noise),
+            facts: reader.channels().to_vec(),
             drawn_noise: noise.clone(),
             noise,
             last_time_ns: None,
             reader,
         };
+        estimator.find_noise();
         estimator.take_rest();
         estimator
+    }
+
+    /// Says by which steps the wire gives the channels, in the unit of a frame: 0 for none, `NaN`
+    /// where it is not known.
+    pub fn set_steps(&mut self, steps: &[f64]) {
+        self.reader.set_steps(steps);
+        self.facts.clone_from_slice(self.reader.channels());
+        self.steps.state(steps);
+        self.find_noise();
+    }
+
+    /// The noise in force: that of the last rest capture or the drawn one, and no less than steps
+    /// leave.
+    fn find_noise(&mut self) {
+        let drawn = self.drawn_noise.iter().zip(&self.captured).enumerate();
+        for (noise, (channel, (drawn, captured))) in self.noise.iter_mut().zip(drawn) {
+            *noise = self
+                .steps
+                .at_least(channel, captured.map_or(*drawn, |[_, noise]| noise));
+        }
     }
 
     /// Meaning of readings and values.
@@ -165,7 +195,7 @@ impl ArrayEstimator {
 
     /// Facts of each channel, in the order and unit of a frame.
     pub fn channels(&self) -> &[ChannelFacts] {
-        self.reader.channels()
+        &self.facts
     }
 
     /// The reader, if it is of this type.
@@ -273,6 +303,14 @@ impl ArrayEstimator {
         if !self.reader.takes(frame.time_ns) {
             return Ok((&self.touch, None));
         }
+        if self.steps.look(&frame.values) {
+            self.find_noise();
+        }
+        // The device was empty: no taxel holds a touch that began on another zero.
+        if std::mem::take(&mut self.emptied) {
+            self.segmentation.forget();
+            self.touch.regions.fill(None);
+        }
         let elapsed = self.elapsed(frame.time_ns);
         self.touch.sequence = frame.sequence;
         self.touch.time_ns = frame.time_ns;
@@ -307,8 +345,7 @@ impl ArrayEstimator {
     /// Readings of a frame with the state of each channel.
     fn take_readings(&mut self, values: &[f64], elapsed: f64) {
         let channels = &mut self.touch.channels;
-        let facts = self.reader.channels().iter();
-        for (state, facts) in channels.states.iter_mut().zip(facts) {
+        for (state, facts) in channels.states.iter_mut().zip(&self.facts) {
             *state = if facts.masked {
                 ChannelState::Masked
             } else {
@@ -321,9 +358,8 @@ impl ArrayEstimator {
                 *state = ChannelState::Faulty;
             }
         }
-        let facts = self.reader.channels();
         self.still
-            .push(values, elapsed, facts, &mut channels.states);
+            .push(values, elapsed, &self.facts, &mut channels.states);
     }
 
     fn capture_frame(&mut self) -> Captured {
@@ -345,8 +381,10 @@ impl ArrayEstimator {
         }
         let found = capture.finish(&mut self.captured, &self.noise, rules, &&*self.reader);
         Some(found.map(|at_end| {
+            capture.learn(&mut self.facts);
             self.at_end = at_end;
             self.awaits_zero = false;
+            self.emptied = true;
             self.renew();
         }))
     }
@@ -382,14 +420,7 @@ impl ArrayEstimator {
         let rest: Vec<f64> = captured
             .map(|captured| captured.map_or(f64::NAN, |[value, _]| value))
             .collect();
-        for ((noise, drawn), captured) in self
-            .noise
-            .iter_mut()
-            .zip(&self.drawn_noise)
-            .zip(&self.captured)
-        {
-            *noise = captured.map_or(*drawn, |[_, noise]| noise);
-        }
+        self.find_noise();
         self.reader.set_rest(&rest, &self.noise);
         // Of a taxel without a value the new rest says that nothing is on it.
         let taxels = self.touch.taxels.iter().zip(&mut self.touch.regions);
@@ -476,11 +507,10 @@ impl ArrayEstimator {
                     judged.certainty = Certainty::Unknown;
                 }
             }
-            Total::Unknown => {
-                if touch.total.force[2].is_nan() {
-                    judged.certainty = Certainty::Unknown;
-                }
+            Total::Unknown if touch.total.force[2].is_nan() => {
+                judged.certainty = Certainty::Unknown;
             }
+            Total::Unknown => judged.limit(self.reader.total_certainty(), State::OutOfRange),
         }
         (touch.total_certainty, touch.total_reason) = (judged.certainty, judged.reason);
         if judged.certainty != Certainty::Exact {

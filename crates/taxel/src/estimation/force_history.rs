@@ -21,6 +21,9 @@ pub struct HistoryOptions {
     /// A contact that comes back to its position within this time, s, goes on with
     /// its history: so a load that lifts off is cyclic too; default 1.
     pub longest_break: f64,
+    /// Time constant, s, with which the stated force of a held load fades; default infinite. What
+    /// has faded is added again, or else a step would be less than the change of the force.
+    pub fades: f64,
 }
 
 impl Default for HistoryOptions {
@@ -33,6 +36,7 @@ impl Default for HistoryOptions {
             regularity: 0.15,
             longest_pause: 0.1,
             longest_break: 1.0,
+            fades: f64::INFINITY,
         }
     }
 }
@@ -88,11 +92,15 @@ pub(super) struct ForceHistory {
     options: HistoryOptions,
     begin_ns: u64,
     last: Option<Point>,
+    /// Force that has faded.
+    faded: f64,
     /// Since the last valley.
     samples: Vec<Point>,
     rising: bool,
     valley: Point,
     extreme: Point,
+    /// Standard deviations of the force at the extreme.
+    at_extreme: Spread,
     largest: f64,
     /// Rise of the peak that is being left: middle, 10-90 % time, height, and its deviation.
     risen: Option<[f64; 4]>,
@@ -102,6 +110,8 @@ pub(super) struct ForceHistory {
     /// The force that was held, and as it stood a while ago: what begins to change it is not part
     /// of it.
     held: Option<Plateau>,
+    /// True while the force that is held first comes after a pause: what it came from was not seen.
+    unseen: bool,
     before: Option<(f64, Plateau)>,
 }
 
@@ -214,16 +224,19 @@ impl ForceHistory {
             options,
             begin_ns: time_ns,
             last: None,
+            faded: 0.0,
             samples: vec![start],
             rising: true,
             valley: start,
             extreme: start,
+            at_extreme: Spread::default(),
             largest: 0.0,
             risen: None,
             cycles: Vec::new(),
             cyclic: false,
             plateau: Plateau::default(),
             held: None,
+            unseen: false,
             before: None,
         }
     }
@@ -239,16 +252,22 @@ impl ForceHistory {
     /// pause the history begins anew at this force.
     pub(super) fn push(&mut self, time_ns: u64, force: f64, spread: Spread) -> [Option<Course>; 2] {
         let deviation = spread.whole;
+        let time = time_ns.saturating_sub(self.begin_ns) as f64 * 1e-9;
+        let pause = self.last.map_or(0.0, |last| time - last.time);
+        self.faded += force * pause / self.options.fades;
+        let paused = pause > self.options.longest_pause;
+        if paused {
+            self.faded = 0.0;
+        }
         let point = Point {
-            time: time_ns.saturating_sub(self.begin_ns) as f64 * 1e-9,
-            force,
+            time,
+            force: force + self.faded,
         };
-        let pause = self.last.map_or(0.0, |last| point.time - last.time);
-        if pause > self.options.longest_pause {
+        if paused {
             self.begin_anew(point);
         }
         self.last = Some(point);
-        self.largest = self.largest.max(force);
+        self.largest = self.largest.max(point.force);
         let least = (self.options.deviations * std::f64::consts::SQRT_2 * deviation)
             .max(self.options.share * self.largest);
         let turned = self.turn(point, least, spread);
@@ -260,7 +279,7 @@ impl ForceHistory {
         self.samples.push(point);
         (self.rising, self.valley, self.extreme) = (true, point, point);
         (self.risen, self.cyclic, self.held) = (None, false, None);
-        self.before = None;
+        (self.before, self.unseen) = (None, true);
         self.cycles.clear();
         self.plateau = Plateau::default();
     }
@@ -276,6 +295,7 @@ impl ForceHistory {
             self.extreme = nothing;
         }
         (self.plateau, self.held, self.before) = (Plateau::default(), None, None);
+        (self.faded, self.unseen) = (0.0, false);
     }
 
     /// Follows rises and falls.
@@ -292,14 +312,14 @@ impl ForceHistory {
             self.samples.push(point);
         }
         if onwards {
-            self.extreme = point;
+            (self.extreme, self.at_extreme) = (point, spread);
         }
         let back = (point.force - self.extreme.force).abs() > least;
         match (self.rising, back) {
             (true, true) => {
                 // A wobble on the way down from nothing is no rise.
-                self.risen = (self.extreme.force - self.valley.force > least)
-                    .then(|| self.rise(least, spread));
+                self.risen =
+                    (self.extreme.force - self.valley.force > least).then(|| self.rise(least));
                 (self.rising, self.extreme) = (false, point);
                 None
             }
@@ -317,7 +337,8 @@ impl ForceHistory {
     }
 
     /// Middle, 10-90 % time, height and its deviation of the rise that ended.
-    fn rise(&self, least: f64, spread: Spread) -> [f64; 4] {
+    fn rise(&self, least: f64) -> [f64; 4] {
+        let spread = self.at_extreme;
         let [top, deviation] = self.top(least, spread);
         // What the rise came from, if that was held; else the lowest force, at its scatter.
         let held = self
@@ -492,6 +513,7 @@ impl ForceHistory {
             (plateau.late, plateau.late_since) = (Line::default(), point.time);
             return None;
         }
+        let seen = !std::mem::take(&mut self.unseen);
         let (before, now) = (self.held.unwrap_or_default(), self.plateau);
         (self.held, self.before) = (Some(now), Some((point.time, now)));
         let change = now.late.force - before.late.force;
@@ -501,7 +523,7 @@ impl ForceHistory {
         if before.late.count > 0.0 {
             variance += before.late.variance(before.since);
         }
-        (change.abs() > least).then_some(Course::Step {
+        (seen && change.abs() > least).then_some(Course::Step {
             change,
             deviation: variance.sqrt(),
         })

@@ -188,6 +188,11 @@ impl HealthMonitor {
         }
     }
 
+    /// Takes what is known of the channels now.
+    pub(super) fn set_facts(&mut self, facts: &[ChannelFacts]) {
+        self.facts.copy_from_slice(facts);
+    }
+
     /// Number of changes of conditions.
     pub fn changes(&self) -> u64 {
         self.changes
@@ -235,6 +240,13 @@ impl ChannelFacts {
             masked: !exists,
             cut_off: [f64::NAN; 2],
             quietest: false,
+        }
+    }
+
+    /// Takes the steps of the wire for those channels whose own are finer.
+    pub(crate) fn coarsen(facts: &mut [Self], steps: &[f64]) {
+        for (facts, step) in facts.iter_mut().zip(steps) {
+            facts.resolution = facts.resolution.max(*step);
         }
     }
 

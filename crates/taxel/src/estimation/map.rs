@@ -26,6 +26,14 @@ pub struct MapOptions {
     pub all_events: bool,
     /// Names of the channels, as a board file gives them; empty for those of rows and columns.
     pub names: Vec<String>,
+    /// Step of each channel, SI, as a board file gives it: 0 for readings without steps, `NaN`
+    /// where it is not known. Empty where there is none.
+    pub steps: Vec<f64>,
+    /// Number of the kind of each channel: those of one have the same unit and type, and are
+    /// compared with each other. Empty if all are of one kind.
+    pub kinds: Vec<usize>,
+    /// True if readings fall under pressure.
+    pub falls: bool,
 }
 
 /// Reads a map of pressures, forces or anything else: values less the rest values.
@@ -38,24 +46,39 @@ pub struct MapReader {
     least: usize,
     /// True if the readings are those of a bare device, whose zero is anywhere.
     bare: bool,
+    /// True if readings fall under pressure.
+    falls: bool,
     /// Sensels that were stuck while the noise was found.
     stuck: Vec<bool>,
     rest: Vec<f64>,
 }
 
 impl MapReader {
-    /// A reader of the frames of `stream`, in which `noise` was found.
+    /// A reader of the frames of `stream`, in which `noise` was found, whose channels are all of
+    /// one kind.
     pub fn new(stream: &Stream, noise: &MapNoise) -> Self {
-        let channels = noise.facts(&stream.present);
+        Self::of_kinds(stream, noise, &[])
+    }
+
+    /// The same with channels of several kinds, which `kinds` numbers. Readings of a bare device
+    /// that are whole numbers are of another kind than others.
+    pub fn of_kinds(stream: &Stream, noise: &MapNoise, kinds: &[usize]) -> Self {
+        let kind = |channel: usize| {
+            let stated = kinds.get(channel).copied().unwrap_or(0);
+            2 * stated + usize::from(bare(stream) && noise.is_whole(channel))
+        };
+        let kinds: Vec<usize> = (0..stream.present.len()).map(kind).collect();
+        let channels = noise.facts(&stream.present, &kinds);
         let stated = stream.threshold.unwrap_or(0.0);
         let sensels = |[rows, columns]: [f64; 2]| (LEAST_AREA / (rows * columns)).ceil() as usize;
         Self {
             meaning: meaning(stream),
             stuck: noise.stuck(&channels),
             channels,
-            threshold: TOUCH * noise.hold().max(stated),
+            threshold: TOUCH * noise.least_hold(&kinds).max(stated),
             least: stream.pitch.map_or(1, sensels).max(1),
             bare: bare(stream),
+            falls: false,
             rest: vec![0.0; stream.channels()],
         }
     }
@@ -67,6 +90,12 @@ impl MapReader {
             self.meaning.channels = names.to_vec();
         }
         self
+    }
+
+    /// The same where readings fall under pressure, if they do.
+    #[must_use]
+    pub fn falling(self, falls: bool) -> Self {
+        Self { falls, ..self }
     }
 }
 
@@ -85,6 +114,10 @@ impl Reader for MapReader {
 
     fn channels(&self) -> &[ChannelFacts] {
         &self.channels
+    }
+
+    fn set_steps(&mut self, steps: &[f64]) {
+        ChannelFacts::coarsen(&mut self.channels, steps);
     }
 
     fn rules(&self) -> Rules {
@@ -139,7 +172,9 @@ impl Reader for MapReader {
                 ChannelState::Faulty => State::Faulty,
                 _ => State::Ok,
             };
-            *taxel = TaxelTouch::pressing(channels.readings[index] - rest, deviation, state);
+            let rise = channels.readings[index] - rest;
+            let value = if self.falls { -rise } else { rise };
+            *taxel = TaxelTouch::pressing(value, deviation, state);
         }
     }
 

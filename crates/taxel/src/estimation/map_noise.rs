@@ -1,6 +1,7 @@
 //! Noise of a pressure map, from its own frames.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 use super::ChannelFacts;
 use crate::acquisition::Frame;
@@ -31,6 +32,9 @@ const QUARTILE: [[f64; 2]; QUIETEST] = [
     [0.743, 0.649],
     [0.783, 0.706],
 ];
+/// The largest deviation of readings that go to and fro between two, over their difference: a half,
+/// over the least share of it that is taken for whole (0.672 above).
+const IN_TURN: f64 = 0.5 / QUARTILE[0][0];
 /// A contact holds above so many standard deviations of the noise.
 const DEVIATIONS: f64 = 3.0;
 
@@ -61,17 +65,66 @@ pub struct MapNoise {
     /// The last two frames of the block.
     before: [Vec<f64>; 2],
     quietest: Vec<Block>,
+    sensels: Vec<Sensel>,
+    frames: usize,
+}
+
+/// What all frames show of one sensel.
+#[derive(Debug, Clone, Copy)]
+struct Sensel {
     /// The smallest and the largest reading above zero.
     range: Option<[f64; 2]>,
-    suppresses: bool,
-    /// True if readings below zero were seen: then none is cut off at zero.
+    /// True if zeros were seen, and readings below zero: then none is cut off at zero.
+    zeros: bool,
     below_zero: bool,
-    /// The last reading of each sensel, and true once it was another one.
-    last: Vec<f64>,
-    changed: Vec<bool>,
-    /// The smallest difference of two readings in a row of a sensel.
+    /// True if every reading was a whole number.
+    whole: bool,
+    last: f64,
+    /// The smallest difference of two readings in a row; none while all are the same.
     step: Option<f64>,
-    frames: usize,
+}
+
+impl Sensel {
+    const UNSEEN: Self = Self {
+        range: None,
+        zeros: false,
+        below_zero: false,
+        whole: true,
+        last: f64::NAN,
+        step: None,
+    };
+
+    fn push(&mut self, value: f64) {
+        if value > 0.0 {
+            let [smallest, largest] = self.range.get_or_insert([value; 2]);
+            (*smallest, *largest) = (smallest.min(value), largest.max(value));
+        }
+        self.zeros |= value == 0.0;
+        self.below_zero |= value < 0.0;
+        self.whole &= value.is_nan() || value.fract() == 0.0;
+        let difference = (value - self.last).abs();
+        if difference > 0.0 {
+            self.step = Some(self.step.map_or(difference, |step| step.min(difference)));
+        }
+        self.last = value;
+    }
+
+    /// What both show; the last reading and changes are those of one.
+    fn with(self, other: &Self) -> Self {
+        let least = |pair: [Option<f64>; 2]| pair.into_iter().flatten().reduce(f64::min);
+        let range = match (self.range, other.range) {
+            (Some([a, b]), Some([c, d])) => Some([a.min(c), b.max(d)]),
+            (one, other) => one.or(other),
+        };
+        Self {
+            range,
+            zeros: self.zeros | other.zeros,
+            below_zero: self.below_zero | other.below_zero,
+            whole: self.whole & other.whole,
+            last: other.last,
+            step: least([self.step, other.step]),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Default)]
@@ -89,16 +142,11 @@ impl MapNoise {
     /// Takes the next frame, readings in SI units.
     pub fn push(&mut self, frame: &Frame) {
         let values = &frame.values;
-        for value in values.iter().filter(|value| **value >= 0.0) {
-            if *value == 0.0 {
-                self.suppresses = true;
-            } else {
-                let [smallest, largest] = self.range.get_or_insert([*value; 2]);
-                (*smallest, *largest) = (smallest.min(*value), largest.max(*value));
-            }
+        self.frames += 1;
+        self.sensels.resize(values.len(), Sensel::UNSEEN);
+        for (sensel, value) in self.sensels.iter_mut().zip(values) {
+            sensel.push(*value);
         }
-        self.below_zero |= values.iter().any(|value| *value < 0.0);
-        self.find_changes(values);
         let block = &mut self.block;
         block.squares.resize(values.len(), 0.0);
         block.zeros.resize(values.len(), 0);
@@ -125,22 +173,6 @@ impl MapNoise {
         }
     }
 
-    fn find_changes(&mut self, values: &[f64]) {
-        self.frames += 1;
-        self.last.resize(values.len(), f64::NAN);
-        self.changed.resize(values.len(), false);
-        let sensels = self.last.iter_mut().zip(&mut self.changed).zip(values);
-        for ((last, changed), value) in sensels {
-            let difference = (value - *last).abs();
-            if difference > 0.0 {
-                *changed = true;
-                let step = self.step.get_or_insert(difference);
-                *step = step.min(difference);
-            }
-            *last = *value;
-        }
-    }
-
     /// Keeps the block if it is one of the quietest.
     fn keep(&mut self) {
         let block = std::mem::take(&mut self.block);
@@ -158,14 +190,30 @@ impl MapNoise {
     /// suppressed. Of the others the lower quartile counts: a load may move on the rest. Where
     /// about half of their readings are zero, their noise was cut off there, which is undone.
     pub fn deviation(&self) -> Option<f64> {
-        self.scatter().map(|[deviation, _]| deviation)
+        self.scatter(&self.all()).map(|[deviation, _]| deviation)
     }
 
-    /// The same, and the share of zeros among the readings in which it was found.
-    fn scatter(&self) -> Option<[f64; 2]> {
+    /// All sensels.
+    fn all(&self) -> Vec<usize> {
+        (0..self.sensels.len()).collect()
+    }
+
+    /// What these sensels show together.
+    fn together(&self, sensels: &[usize]) -> Sensel {
+        let seen = sensels.iter().filter_map(|at| self.sensels.get(*at));
+        seen.fold(Sensel::UNSEEN, Sensel::with)
+    }
+
+    /// True if every reading of a sensel was a whole number.
+    pub(super) fn is_whole(&self, sensel: usize) -> bool {
+        self.sensels.get(sensel).is_none_or(|seen| seen.whole)
+    }
+
+    /// Deviation of these sensels, and the share of zeros among the readings in which it was found.
+    fn scatter(&self, sensels: &[usize]) -> Option<[f64; 2]> {
         // A second difference of independent readings has six times their variance.
         let count = 6.0 * (BLOCK - 2) as f64;
-        let sensels = self.quietest.first()?.squares.len();
+        self.quietest.first()?;
         let mut squares = Vec::with_capacity(QUIETEST);
         // The median block: a touch may begin in one of them.
         let mut median = |sensel: usize| {
@@ -176,7 +224,7 @@ impl MapNoise {
             let last = squares.len() - 1;
             0.5 * (squares[last / 2] + squares[last.div_ceil(2)])
         };
-        let sums = (0..sensels).map(|sensel| (sensel, median(sensel)));
+        let sums = sensels.iter().map(|sensel| (*sensel, median(*sensel)));
         let (numbers, mut changing): (Vec<usize>, Vec<f64>) =
             sums.filter(|(_, sum)| *sum > 0.0).unzip();
         if changing.is_empty() {
@@ -191,13 +239,14 @@ impl MapNoise {
         let (_, quartile, _) = changing.select_nth_unstable_by(at, f64::total_cmp);
         let deviation = (*quartile / count).sqrt();
         // A program that suppresses noise leaves nothing just above zero.
+        let seen = self.together(sensels);
         let down_to_zero = |[smallest, _]: [f64; 2]| smallest < DOWN_TO_ZERO * deviation;
         let cut =
-            (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) && self.range.is_some_and(down_to_zero);
+            (CUT_OFF[0]..=CUT_OFF[1]).contains(&share) && seen.range.is_some_and(down_to_zero);
         let [whole, half] = QUARTILE[self.quietest.len() - 1];
         let deviation = if cut {
             deviation / (CUT_VARIANCE.sqrt() * half)
-        } else if self.suppresses {
+        } else if seen.zeros {
             // Noise is not seen, but what moves under a load: as little of it as there is.
             deviation
         } else {
@@ -206,31 +255,55 @@ impl MapNoise {
         Some([deviation, share])
     }
 
-    /// What is known of each channel of a map on which these sensels exist.
+    /// What is known of each channel of a map on which these sensels exist, where those of one
+    /// kind have the same number in `kinds` (all are of one where that is empty).
     ///
     /// A sensel whose reading stays the same is stuck when noise would change it, but not at
     /// the largest reading, which may be the end of the range, and not at zero where the
     /// noise of others is cut off there.
-    pub(super) fn facts(&self, present: &[bool]) -> Vec<ChannelFacts> {
-        let unknown = present.iter().map(|exists| ChannelFacts::unknown(*exists));
-        let (Some([deviation, zeros]), Some(step)) = (self.scatter(), self.step) else {
-            return unknown.collect();
-        };
-        let least = if zeros > ZEROS && !self.below_zero {
-            0.0
-        } else {
-            f64::NAN
-        };
-        let most = self.range.map_or(f64::NAN, |[_, largest]| largest);
-        unknown
-            .map(|unknown| ChannelFacts {
-                deviation,
-                resolution: step,
-                cut_off: [least, most],
-                quietest: true,
-                ..unknown
+    pub(super) fn facts(&self, present: &[bool], kinds: &[usize]) -> Vec<ChannelFacts> {
+        let mut facts: Vec<ChannelFacts> = present
+            .iter()
+            .map(|exists| ChannelFacts::unknown(*exists))
+            .collect();
+        for sensels in of_each_kind(present.len(), kinds) {
+            let seen = self.together(&sensels);
+            let Some(step) = seen.step else { continue };
+            let scatter = self.scatter(&sensels);
+            let scatter = scatter.filter(|scatter| self.is_shared(&sensels, *scatter, step));
+            // Where no noise is seen the least change may be that of a press: it is no step.
+            let Some([deviation, zeros]) = scatter else {
+                continue;
+            };
+            let least = if zeros > ZEROS && !seen.below_zero {
+                0.0
+            } else {
+                f64::NAN
+            };
+            let most = seen.range.map_or(f64::NAN, |[_, largest]| largest);
+            for sensel in sensels {
+                facts[sensel] = ChannelFacts {
+                    deviation,
+                    resolution: step,
+                    cut_off: [least, most],
+                    quietest: true,
+                    ..facts[sensel]
+                };
+            }
+        }
+        facts
+    }
+
+    /// True if the scatter of the sensels that change says something of the others: it is more
+    /// than that of two neighbouring readings in turn, which any noise shows between them, and no
+    /// more than a quarter, the lower quartile, stand still.
+    fn is_shared(&self, sensels: &[usize], [deviation, zeros]: [f64; 2], step: f64) -> bool {
+        let still = |sensel: &&usize| {
+            self.sensels.get(**sensel).is_some_and(|seen| {
+                seen.step.is_none() && seen.last.is_finite() && !(seen.zeros && zeros > ZEROS)
             })
-            .collect()
+        };
+        deviation > IN_TURN * step && 4 * sensels.iter().filter(still).count() <= sensels.len()
     }
 
     /// The sensels whose reading was the same in every frame although noise would change it.
@@ -238,15 +311,15 @@ impl MapNoise {
         let sensels = facts.iter().enumerate();
         sensels
             .map(|(sensel, facts)| {
-                let last = self.last.get(sensel).copied().unwrap_or(f64::NAN);
+                let seen = self.sensels.get(sensel).unwrap_or(&Sensel::UNSEEN);
                 // The largest reading of all frames is no end of the range.
                 let facts = ChannelFacts {
                     cut_off: [facts.cut_off[0], f64::NAN],
                     ..*facts
                 };
-                self.changed.get(sensel) == Some(&false)
-                    && last.is_finite()
-                    && facts.stands_still(last, self.frames as f64 - 1.0)
+                seen.step.is_none()
+                    && seen.last.is_finite()
+                    && facts.stands_still(seen.last, self.frames as f64 - 1.0)
             })
             .collect()
     }
@@ -254,11 +327,34 @@ impl MapNoise {
     /// The reading down to which a contact holds, in the unit of the frames: what is above
     /// noise. A touch begins at twice of it.
     pub fn hold(&self) -> f64 {
-        let level = |[smallest, largest]: [f64; 2]| smallest.min(SHARE * largest);
-        let level = self.range.filter(|_| self.suppresses).map(level);
-        let noise = self.deviation().map(|deviation| DEVIATIONS * deviation);
-        level.unwrap_or(0.0).max(noise.unwrap_or(0.0))
+        self.hold_of(&self.all())
     }
+
+    fn hold_of(&self, sensels: &[usize]) -> f64 {
+        let seen = self.together(sensels);
+        let level = |[smallest, largest]: [f64; 2]| smallest.min(SHARE * largest);
+        let level = seen.range.filter(|_| seen.zeros).map(level);
+        let noise = self.scatter(sensels);
+        let noise = noise.map_or(0.0, |[deviation, _]| DEVIATIONS * deviation);
+        level.unwrap_or(0.0).max(noise)
+    }
+
+    /// The least of it over the kinds of sensels, which `kinds` numbers.
+    pub(super) fn least_hold(&self, kinds: &[usize]) -> f64 {
+        let of_each = of_each_kind(self.sensels.len(), kinds);
+        let holds = of_each.iter().map(|sensels| self.hold_of(sensels));
+        holds.reduce(f64::min).unwrap_or(0.0)
+    }
+}
+
+/// The sensels of each kind.
+fn of_each_kind(sensels: usize, kinds: &[usize]) -> Vec<Vec<usize>> {
+    let mut of_each: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for sensel in 0..sensels {
+        let kind = kinds.get(sensel).copied().unwrap_or(0);
+        of_each.entry(kind).or_default().push(sensel);
+    }
+    of_each.into_values().collect()
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ mod segmentation;
 mod session;
 mod several_contacts;
 mod slip;
+mod steps;
 mod swap;
 mod three_axis;
 mod touch;

@@ -230,6 +230,11 @@ impl Observer {
         &self.events
     }
 
+    /// Takes what is known of the channels now.
+    pub(super) fn set_facts(&mut self, facts: &[ChannelFacts]) {
+        self.health.set_facts(facts);
+    }
+
     /// Condition of each channel.
     pub fn health(&self) -> &HealthMonitor {
         &self.health

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::baseline::Baseline;
 use super::contact::Cell;
-use super::{ChannelFacts, ChannelReadings, State, Touch, Wiring};
+use super::{Certainty, ChannelFacts, ChannelReadings, State, Touch, Wiring};
 use crate::acquisition::SignalUnit;
 use crate::layout::Layout;
 
@@ -290,6 +290,10 @@ pub trait Reader: Any + Send {
     /// Facts of each channel, in the order and unit of a frame.
     fn channels(&self) -> &[ChannelFacts];
 
+    /// Takes the steps by which the wire gives the channels, in the unit of a frame: a coarse one
+    /// hides noise.
+    fn set_steps(&mut self, _steps: &[f64]) {}
+
     /// Rules for the device; do not change.
     fn rules(&self) -> Rules;
 
@@ -353,6 +357,11 @@ pub trait Reader: Any + Send {
     /// are not independent; none where they are.
     fn sum_variance(&self, _sum: f64) -> Option<f64> {
         None
+    }
+
+    /// How much a total force says that is no sum of taxels.
+    fn total_certainty(&self) -> Certainty {
+        Certainty::Exact
     }
 
     /// False for a taxel that the device does not have: nothing presses there.

@@ -23,6 +23,8 @@ pub(super) struct Running {
     least_jump: f64,
     /// True once a reading was no whole number.
     broken: bool,
+    /// Least and greatest reading.
+    range: [f64; 2],
     /// Sum and number of the readings in each third of the capture.
     thirds: [[f64; 2]; 3],
 }
@@ -304,6 +306,25 @@ impl RestCapture {
         if least.is_finite() { least } else { 0.0 }
     }
 
+    /// Writes what noise the capture saw for sure into the facts of channels of which none is known: one that
+    /// has it no longer stands still. Readings that go to and fro between two steps may as well rest
+    /// in the middle of one; those that take three have noise wherever they are.
+    pub(super) fn learn(&self, facts: &mut [ChannelFacts]) {
+        let least_jump = self.least_jump();
+        for (facts, running) in facts.iter_mut().zip(self.readings.channels()) {
+            let step = running.step(facts.resolution, least_jump);
+            let [low, high] = running.range;
+            if facts.deviation.is_nan() && high - low >= 2.0 * step && step > 0.0 {
+                *facts = ChannelFacts {
+                    deviation: running.deviation() * surely(running.count),
+                    resolution: step,
+                    quietest: true,
+                    ..*facts
+                };
+            }
+        }
+    }
+
     /// Writes what the capture found into `captured`.
     ///
     /// A unit that moved or is impossible keeps its old values, unless there
@@ -447,8 +468,30 @@ pub(super) fn measured_noise(running: &Running, promised: f64) -> f64 {
     if running.count < 2.0 {
         return promised;
     }
-    let measured = running.deviation().max(0.5 * promised);
+    let mut measured = running.deviation().max(0.5 * promised);
+    if promised.is_nan() {
+        measured *= doubt(running.count);
+    }
     measured * (1.0 + 1.0 / running.count).sqrt()
+}
+
+/// By how much a deviation of `count` readings must be enlarged so that another reading is farther
+/// than six of them from the mean as rarely as normal noise of a known deviation: Student's t with
+/// count - 1 degrees of freedom, by Wallace's approximation (1959, Ann. Math. Stat. 30, 1124).
+fn doubt(count: f64) -> f64 {
+    let freedom = count - 1.0;
+    let normal = TOUCHED * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
+    (freedom * (normal * normal / freedom).exp_m1()).sqrt() / TOUCHED
+}
+
+/// Share of the deviation of `count` readings that normal noise has at least, but for one chance in 10⁹: the
+/// root of the degrees of freedom over that quantile of χ², by Wilson and Hilferty's approximation (1931, PNAS
+/// 17, 684).
+fn surely(count: f64) -> f64 {
+    // The normal quantile of the same chance.
+    const QUANTILE: f64 = 5.998;
+    let spread = 2.0 / (9.0 * (count - 1.0).max(1.0));
+    (1.0 - spread + QUANTILE * spread.sqrt()).powf(-1.5)
 }
 
 impl Running {
@@ -462,6 +505,11 @@ impl Running {
                 }
             }
             self.broken |= value.fract() != 0.0;
+            self.range = if self.count > 0.0 {
+                [self.range[0].min(value), self.range[1].max(value)]
+            } else {
+                [value; 2]
+            };
             self.thirds[third][0] += value;
             self.thirds[third][1] += 1.0;
             self.count += 1.0;
@@ -483,16 +531,21 @@ impl Running {
         if !noise.is_nan() {
             return deviation / noise;
         }
-        let step = match self.broken {
-            _ if step > 0.0 => step,
-            true => least_jump,
-            // Counts go by one.
-            false => 1.0,
-        };
+        let step = self.step(step, least_jump);
         if self.drift() < DRIFTS * deviation {
             0.0
         } else {
             deviation / self.rough_noise(step)
+        }
+    }
+
+    /// The step of the readings, where it is known; else the least that was seen.
+    fn step(&self, known: f64, least_jump: f64) -> f64 {
+        match self.broken {
+            _ if known > 0.0 => known,
+            true => least_jump,
+            // Counts go by one.
+            false => 1.0,
         }
     }
 

@@ -81,6 +81,12 @@ impl Segmentation {
         }
     }
 
+    /// No cell was touched before.
+    pub(super) fn forget(&mut self) {
+        self.touched.fill(false);
+        self.labels.fill(NONE);
+    }
+
     /// Regions of the last run that are part of other contacts because there are too many.
     pub(super) fn merged(&self) -> usize {
         self.merged

@@ -44,8 +44,18 @@ impl TouchSession {
             observed.events.courses = false;
             observed.events.slip_speed = f64::INFINITY;
         }
-        let reader = MapReader::new(stream, &options.noise).named(&options.names);
-        Self::new(Box::new(reader), observed)
+        let reader = MapReader::of_kinds(stream, &options.noise, &options.kinds);
+        let reader = reader.named(&options.names).falling(options.falls);
+        let mut session = Self::new(Box::new(reader), observed);
+        session.set_steps(&options.steps);
+        session
+    }
+
+    /// Says by which steps the wire gives the channels, in the unit of a frame: 0 for none, `NaN`
+    /// where it is not known. A touch is more than two of them.
+    pub fn set_steps(&mut self, steps: &[f64]) {
+        self.estimator.set_steps(steps);
+        self.observer.set_facts(self.estimator.channels());
     }
 
     /// Estimates and observes one frame. No contact is reported while a
@@ -57,6 +67,9 @@ impl TouchSession {
     pub fn push(&mut self, frame: &Frame) -> Result<Observed<'_>, FrameError> {
         let capturing = self.estimator.capturing();
         let (_, captured) = self.estimator.push(frame)?;
+        if captured == Some(Ok(())) {
+            self.observer.set_facts(self.estimator.channels());
+        }
         // Training looks at the estimates of a rest capture; whoever else does, sees no force.
         if !self.estimator.touch().zero_known {
             self.estimator.touch_mut().say_nothing();

@@ -16,7 +16,7 @@ use super::{Certainty, ChannelFacts, Wiring};
 use crate::layout::{ArrayDescription, Layout, Mount};
 use crate::signal::{NumberScale, Position};
 use crate::trained::{
-    CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PlaceEstimator,
+    BeyondTraining, CONTRADICTS, ChannelSlope, Component, Estimate, ForceEstimator, PlaceEstimator,
     PositionEstimate, PositionEstimator, RelationWatch, Support, TrainedMaps, TrainingError,
 };
 
@@ -142,6 +142,8 @@ struct Found {
     /// True if the frame, or an estimate, is beyond what was trained: contacts and pauses are found as
     /// of any frame.
     beyond: bool,
+    /// True if the force is surely greater than any of training: that is the least that presses.
+    least: bool,
     /// Share of the contact in each cell.
     shares: Vec<f64>,
 }
@@ -152,6 +154,16 @@ impl Found {
             Some(Support::Outside) => State::OutOfRange,
             Some(Support::Trained) if self.beyond => State::OutOfRange,
             _ => State::Ok,
+        }
+    }
+
+    /// How much the force says: of what is beyond training no more than a bound is known. A frame that is only
+    /// farther from those of training, as of a body that has crept longer, has a deviation that holds.
+    fn certainty(&self) -> Certainty {
+        match self.state() {
+            State::OutOfRange if self.least => Certainty::AtLeast,
+            State::OutOfRange if self.beyond => Certainty::Unknown,
+            _ => Certainty::Exact,
         }
     }
 }
@@ -346,6 +358,11 @@ impl TrainedReader {
             .as_mut()
             .map(|force| self.doubt(force, &mut components))
             .unwrap_or_default();
+        let least = beyond.pressed_harder && !self.unlike;
+        if let Some((force, map)) = force.as_mut().zip(self.force.as_ref()).filter(|_| least) {
+            (force.value, force.deviation) = (map.map().pressing.range[1], stated[0][1]);
+        }
+        let beyond = beyond.surely;
         let open = self.replaced.iter().zip(&self.drifted);
         let open: Vec<f64> = open
             .map(|(replaced, drift)| replaced.hypot(*drift))
@@ -400,6 +417,7 @@ impl TrainedReader {
         });
         Ok(Found {
             beyond,
+            least,
             components,
             stated,
             shares: self.shares(position.as_ref(), contact),
@@ -428,12 +446,12 @@ impl TrainedReader {
 
     /// Widens the deviations of force and components by what is open about the readings, and by the
     /// doubts about their zeros; returns what was stated without drift and doubts, the force as the
-    /// map gives it, and whether an estimate is surely beyond training.
+    /// map gives it, and what is beyond training.
     fn doubt(
         &self,
         force: &mut Estimate,
         components: &mut [(Component, [f64; 2])],
-    ) -> (Vec<[f64; 2]>, bool) {
+    ) -> (Vec<[f64; 2]>, BeyondTraining) {
         let mut stated = vec![[force.value, force.deviation]];
         stated.extend(components.iter().map(|(_, estimate)| *estimate));
         let mut drift = vec![0.0; stated.len()];
@@ -469,7 +487,7 @@ impl TrainedReader {
         }
         // What is unlike training decides no contact.
         let Some(map) = &self.force else {
-            return (stated, false);
+            return (stated, BeyondTraining::default());
         };
         let deviations =
             || std::iter::once(force.deviation).chain(components.iter().map(|(_, own)| own[1]));
@@ -481,10 +499,10 @@ impl TrainedReader {
         let beyond = map.beyond_training(self.unexplained, &estimates, || slopes.as_slice());
         let deviations = components.iter_mut().map(|(_, [_, deviation])| deviation);
         let deviations = std::iter::once(&mut force.deviation).chain(deviations);
-        for (deviation, beyond) in deviations.zip(beyond.deviations) {
-            *deviation = deviation.hypot(beyond);
+        for (deviation, beyond) in deviations.zip(&beyond.deviations) {
+            *deviation = deviation.hypot(*beyond);
         }
-        (stated, beyond.surely)
+        (stated, beyond)
     }
 
     /// True if the body creeps so long after a contact that the baseline is held meanwhile.
@@ -676,6 +694,7 @@ impl TrainedReader {
             peak: touch.taxels[peak_taxel].pressed(),
             peak_taxel,
             bound: (state == State::OutOfRange).then_some(state),
+            certainty: found.certainty(),
             ..Contact::default()
         }
     }
@@ -787,6 +806,7 @@ impl Reader for TrainedReader {
             None => (1.0, f64::NAN),
         };
         let free = found.contact == Some(false);
+        let unknown = found.certainty() == Certainty::Unknown;
         let cells = touch.taxels.iter_mut().zip(&found.shares);
         for ((taxel, share), masked) in cells.zip(&self.masked) {
             let state = match share.is_nan() {
@@ -794,13 +814,17 @@ impl Reader for TrainedReader {
                 true => State::OutOfRange,
                 false => found.state(),
             };
-            *taxel = if *masked {
+            *taxel = if *masked || unknown {
                 TaxelTouch::without_value(state)
             } else {
                 let value = if free { 0.0 } else { share * value };
                 TaxelTouch::pressing(value, share * deviation, state)
             };
         }
+    }
+
+    fn total_certainty(&self) -> Certainty {
+        self.found.certainty()
     }
 
     fn locate(&mut self, _cells: &[Cell], touch: &mut Touch) {

@@ -314,6 +314,8 @@ pub struct BeyondTraining {
     pub deviations: Vec<f64>,
     /// True if an estimate is beyond all of training by more than chance.
     pub surely: bool,
+    /// True if it is the pressing force, and greater.
+    pub pressed_harder: bool,
 }
 
 /// Frames to forces, in real time.
@@ -447,7 +449,7 @@ impl ForceEstimator {
         let map = &self.map;
         let mut beyond = BeyondTraining {
             deviations: vec![0.0; self.weights.len()],
-            surely: false,
+            ..BeyondTraining::default()
         };
         if self.found.is_empty() {
             return beyond;
@@ -478,12 +480,14 @@ impl ForceEstimator {
             beyond.deviations.iter_mut().for_each(|own| *own *= share);
         }
         let all = beyond.deviations.iter_mut().zip(map.maps()).zip(estimates);
-        for ((own, one), [value, deviation]) in all {
+        for (number, ((own, one), [value, deviation])) in all.enumerate() {
             let [low, high] = one.range;
             let excess = (value - high).max(low - value);
             if excess > USUAL * deviation {
                 *own = own.hypot(excess * (excess / (high - low)).min(1.0));
-                beyond.surely |= excess > SURELY * deviation;
+                let surely = excess > SURELY * deviation;
+                beyond.surely |= surely;
+                beyond.pressed_harder |= surely && number == 0 && *value > high;
             }
         }
         beyond

@@ -46,4 +46,5 @@ mod p4_reference;
 mod properties;
 mod shipped_pages;
 mod twin;
+mod whole_counts;
 mod zero;

@@ -83,7 +83,8 @@ pub(super) fn capture_session(
 fn recording_format(path: &Path) -> Option<taxel_recording::Format> {
     let bytes = std::io::BufReader::new(std::fs::File::open(path).ok()?);
     let recording = Recording::open(&shown::path(path), bytes).ok()?;
-    Some(recording.format())
+    // A board that writes text may write what could be a table.
+    Some(recording.format()).filter(|format| *format != taxel_recording::Format::Table)
 }
 
 /// The sensor of the command line; `None` for a map of the readings.

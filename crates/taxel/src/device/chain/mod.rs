@@ -72,16 +72,19 @@ impl<'a> ChainDevice<'a> {
     /// # Errors
     /// [`FrameError::Quantity`] when these cannot be frames of its board.
     pub fn chain_reader(&self, quantity: Quantity) -> Result<ChainReader, FrameError> {
-        let made = self.fabrication.iter().map(|(name, share)| {
-            let (mut chain, mut own) = (self.chain.clone(), false);
-            chain.parameters(&mut |parameter, value| {
-                if parameter.name == name {
-                    *value *= 1.0 + share;
-                    own = parameter.per_cell;
-                }
-            });
-            (chain, own)
-        });
+        let sides = |(name, share): &(String, f64)| {
+            [1.0 + share, 1.0 - share].map(|factor| {
+                let (mut chain, mut own) = (self.chain.clone(), false);
+                chain.parameters(&mut |parameter, value| {
+                    if parameter.name == name {
+                        *value *= factor;
+                        own = parameter.per_cell;
+                    }
+                });
+                (chain, own)
+            })
+        };
+        let made = self.fabrication.iter().flat_map(sides);
         ChainReader::new(self.chain.clone(), made.collect(), quantity)
     }
 
@@ -89,6 +92,13 @@ impl<'a> ChainDevice<'a> {
     /// by that times a number of `normal`.
     pub fn scattered(&self, normal: &mut dyn FnMut() -> f64) -> Chain {
         self.chain.scattered(&|name| self.scatter(name), normal)
+    }
+
+    /// One piece of fabrication: the same for the same seed.
+    pub fn piece(&self, seed: u64) -> Box<dyn Simulated> {
+        let mut noise = taxel_numerics::Noise::seeded(seed);
+        let chain = self.scattered(&mut || noise.normal().clamp(-CUT, CUT));
+        Box::new(Piece::new(chain))
     }
 }
 
@@ -241,9 +251,7 @@ impl Device for ChainDevice<'_> {
 
     /// The cells that a file states no deviation for are as drawn.
     fn simulated(&self) -> Option<Box<dyn Simulated>> {
-        let mut noise = taxel_numerics::Noise::seeded(PIECE);
-        let chain = self.scattered(&mut || noise.normal().clamp(-CUT, CUT));
-        Some(Box::new(Piece::new(chain)))
+        Some(self.piece(PIECE))
     }
 
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {

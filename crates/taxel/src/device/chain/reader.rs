@@ -61,8 +61,8 @@ pub struct ChainReader {
     usual: [f64; 2],
     /// Over the total force, the deviation of what the cells cannot see of it.
     sampling: f64,
-    /// The chain with one number off by the deviation that it is made with, for each such number,
-    /// and whether each cell has its own.
+    /// The chain with one number off by the deviation that it is made with, to either side, for each
+    /// such number in turn, and whether each cell has its own: laws bend.
     made: Vec<(Chain, bool)>,
     /// True for each cell whose values are counted from that at rest.
     tared: Vec<bool>,
@@ -78,8 +78,8 @@ pub struct ChainReader {
 
 impl ChainReader {
     /// A reader of the frames of `chain` whose values are `quantity`; `made` has the same chain with
-    /// one number off by the deviation that it is made with, for each such number, and whether each
-    /// cell has its own.
+    /// one number off by the deviation that it is made with, to either side, for each such number, and
+    /// whether each cell has its own.
     ///
     /// # Errors
     /// [`FrameError::Quantity`] when these cannot be frames of its board.
@@ -208,20 +208,25 @@ impl ChainReader {
         law.inverse(value + zero, chain.full_scale)
     }
 
-    /// Variance of a load at a cell by what is made otherwise than drawn, of the cell alone.
+    /// Variance of a load at a cell by what is made otherwise than drawn, of the cell alone: of each
+    /// number the mean of what either side is off by, or what one is where the other is beyond the law.
     fn variance_as_made(&self, cell: usize, cell_load: f64) -> f64 {
-        let own = self.made.iter().filter(|(_, per_cell)| *per_cell);
-        own.map(|(chain, _)| {
-            let off = self.cell_load(chain, cell, self.found.values[cell]) - cell_load;
-            // Beyond the range of the law on that side: at least as far as its end.
-            if off.is_nan() {
-                self.chain.full_scale - cell_load
+        let value = self.found.values[cell];
+        let off =
+            |(chain, _): &(Chain, bool)| (self.cell_load(chain, cell, value) - cell_load).abs();
+        let sides = self.made.chunks(2);
+        let own = sides.filter(|sides| sides.iter().all(|(_, per_cell)| *per_cell));
+        let of_number = |sides: &[(Chain, bool)]| {
+            let within = sides.iter().map(off).filter(|off| !off.is_nan());
+            let [sum, count] = within.fold([0.0; 2], |[sum, count], off| [sum + off, count + 1.0]);
+            if count > 0.0 {
+                sum / count
             } else {
-                off
+                // At least as far as the end of the law.
+                self.chain.full_scale - cell_load
             }
-        })
-        .map(|off| off * off)
-        .sum()
+        };
+        own.map(of_number).map(|off| off * off).sum()
     }
 
     /// What the reading of a cell says of the load at it.
@@ -356,7 +361,7 @@ impl ChainReader {
                 let cell_load = |value| self.cell_load(&self.chain, taxel, value);
                 let off = cell_load(moved.values[taxel]) - cell_load(self.found.values[taxel]);
                 if touch.state == State::Ok && off.is_finite() {
-                    touch.covariance[2][2] += off * off;
+                    touch.covariance[2][2] += 0.5 * off * off;
                     self.shared[index] += off;
                 }
             }
@@ -371,6 +376,10 @@ impl Reader for ChainReader {
 
     fn channels(&self) -> &[ChannelFacts] {
         &self.channels
+    }
+
+    fn set_steps(&mut self, steps: &[f64]) {
+        ChannelFacts::coarsen(&mut self.channels, steps);
     }
 
     fn rules(&self) -> Rules {
@@ -440,8 +449,8 @@ impl Reader for ChainReader {
             return None;
         }
         let by_noise = self.found.variance_of_sum(&self.weights);
-        let as_made =
-            self.own.iter().sum::<f64>() + self.shared.iter().map(|off| off * off).sum::<f64>();
+        let as_made = self.own.iter().sum::<f64>()
+            + self.shared.iter().map(|off| 0.5 * off * off).sum::<f64>();
         Some(by_noise + as_made + (self.sampling * sum).powi(2))
     }
 

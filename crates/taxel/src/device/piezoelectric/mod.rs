@@ -455,11 +455,12 @@ impl Device for PiezoelectricArray<'_> {
             least_score: 0.5,
             longest_pause: 10.0 * model.period,
         };
-        ObserverOptions {
+        let mut options = ObserverOptions {
             slip: (layout.columns > 1).then_some(slip),
             ..ObserverOptions::new(stream)
-        }
-        .on(layout)
+        };
+        options.events.history.fades = ChargeOptions::default().drift_guard;
+        options.on(layout)
     }
 
     fn drawing(&self) -> Drawing {

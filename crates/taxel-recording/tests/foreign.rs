@@ -1,0 +1,393 @@
+//! Files that the libraries of other programs wrote (`tests/foreign/write.py` says how) give the
+//! numbers that went into them.
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use taxel_recording::foreign::{ForeignFile, Seekable};
+use taxel_recording::{
+    Columns, ForeignFormat, Frame, Quantity, Recording, RecordingError, RecordingOptions, Stream,
+};
+
+/// Rows of every series, as in `write.py`.
+const ROWS: usize = 40;
+/// Time of the first row, ns of UTC.
+const BEGIN: u64 = 1_700_000_000_000_000_000;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign")
+}
+
+/// Stamp of a row, ns; messages were recorded 500 ns later.
+fn stamp(row: usize) -> u64 {
+    BEGIN + row as u64 * 10_000_000 + (row as u64 % 3) * 1000
+}
+
+/// A force that went into the files, N.
+fn force(row: usize) -> [f64; 3] {
+    let at = row as f64;
+    [(at / 9.0).sin(), (at / 7.0).cos(), at * 0.25]
+}
+
+/// An element of the map that went into the files.
+fn map(row: usize) -> Vec<f64> {
+    (0..12).map(|at| (row * 12 + at) as f64).collect()
+}
+
+fn opened(name: &str) -> Result<ForeignFile, RecordingError> {
+    let path = folder().join(name);
+    let paths = if path.is_dir() {
+        let files = fs::read_dir(&path)
+            .unwrap()
+            .map(|entry| entry.unwrap().path());
+        files
+            .filter(|path| path.extension().unwrap() != "yaml")
+            .collect()
+    } else {
+        vec![path]
+    };
+    let bytes: Vec<_> = paths.iter().map(|path| fs::read(path).unwrap()).collect();
+    let format = ForeignFormat::of(&bytes[0]).unwrap();
+    let files = bytes.into_iter().map(|bytes| {
+        let reader: Box<dyn Seekable> = Box::new(Cursor::new(bytes));
+        (name.to_owned(), reader)
+    });
+    ForeignFile::open(name, format, files.collect())
+}
+
+fn options(part: &str, columns: &str) -> RecordingOptions {
+    RecordingOptions {
+        part: (!part.is_empty()).then(|| part.to_owned()),
+        columns: if columns.is_empty() {
+            Columns::default()
+        } else {
+            columns.parse().unwrap()
+        },
+        ..RecordingOptions::default()
+    }
+}
+
+fn recording(
+    name: &str,
+    part: &str,
+    columns: &str,
+) -> Result<Recording<&'static [u8]>, RecordingError> {
+    Recording::of_foreign(opened(name)?, &options(part, columns))
+}
+
+fn read(name: &str, part: &str, columns: &str) -> (Stream, Vec<Frame>, String) {
+    let recording =
+        recording(name, part, columns).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let stream = recording.stream().clone();
+    let taken = recording.taken().unwrap().to_string();
+    let frames: Vec<Frame> = recording
+        .map(|frame| frame.unwrap_or_else(|error| panic!("{name}: {error}")))
+        .collect();
+    assert_eq!(frames.len(), ROWS, "{name}");
+    (stream, frames, taken)
+}
+
+fn refusal(name: &str, part: &str, columns: &str) -> String {
+    recording(name, part, columns)
+        .map(|_| ())
+        .unwrap_err()
+        .to_string()
+}
+
+#[test]
+fn a_wrench_is_a_force_of_three_axes_at_the_stamp_of_its_head() {
+    let bags = ["bag_sqlite", "bag_sqlite_old", "bag_mcap"];
+    let alone = [
+        "bag_one",
+        "lib_none.mcap",
+        "lib_lz4.mcap",
+        "lib_zstd.mcap",
+        "ros1_none.bag",
+        "ros1_lz4.bag",
+    ];
+    let all = bags
+        .map(|name| (name, "/wrench"))
+        .into_iter()
+        .chain(alone.map(|name| (name, "")));
+    for (name, part) in all {
+        let (stream, frames, taken) = read(name, part, "");
+        assert_eq!(
+            (stream.rows, stream.columns, stream.channels_per_taxel),
+            (1, 1, 3),
+            "{name}"
+        );
+        assert_eq!(stream.unit.quantity, Quantity::Force);
+        for (row, frame) in frames.iter().enumerate() {
+            assert_eq!(
+                (frame.time_ns, frame.values.as_slice()),
+                (stamp(row), &force(row)[..]),
+                "{name}"
+            );
+        }
+        assert!(
+            taken.contains("wrench.torque.x") && taken.contains("stamp in the head"),
+            "{taken}"
+        );
+    }
+}
+
+#[test]
+fn any_message_is_read_by_the_text_of_its_definition() {
+    for name in ["bag_sqlite", "bag_mcap"] {
+        let (stream, frames, _) = read(name, "/skin", "value=cells[0]..cells[3],ignore=kind");
+        assert_eq!((stream.rows, stream.columns), (1, 4));
+        assert_eq!(frames[7].values, [7.0, 1.0, 2.0, 3.0]);
+        let (_, frames, _) = read(name, "/skin", "");
+        let [x, y, z] = force(7);
+        // In the order of the definition: kind, cells, raw, forces, on, ticks.
+        let expected = [
+            3.0, 7.0, 1.0, 2.0, 3.0, 7.0, 8.0, 7.0, x, y, z, 1.0, 2.0, 3.0, 1.0, -7.0,
+        ];
+        assert_eq!(frames[7].values, expected);
+        let (stream, frames, taken) = read(name, "/multi", "");
+        assert_eq!((stream.rows, stream.columns), (2, 3));
+        assert_eq!(frames[5].values, [5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        assert_eq!(frames[5].time_ns, stamp(5) + 500);
+        assert!(taken.contains("no stamp of its own"), "{taken}");
+        let (_, frames, _) = read(name, "/joints", "value=effort.b,position.a");
+        // In the order of the message.
+        assert_eq!(frames[9].values, [9.0, 4.5]);
+        let (stream, frames, _) = read(name, "/image", "");
+        assert_eq!((stream.rows, stream.columns), (3, 4));
+        assert_eq!(frames[2].values, (2..14).map(f64::from).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_file_lists_what_it_holds_and_asks_for_one_of_several() {
+    let found = opened("bag_mcap").unwrap();
+    let parts: Vec<_> = found
+        .parts()
+        .iter()
+        .map(|part| (part.name.as_str(), part.count, part.unread.is_some()))
+        .collect();
+    let rows = ROWS as u64;
+    assert_eq!(
+        parts,
+        [
+            ("/wrench", rows, false),
+            ("/skin", rows, false),
+            ("/multi", rows, false),
+            ("/joints", rows, false),
+            ("/image", rows, false),
+            ("/text", rows, true)
+        ]
+    );
+    // Rows of 10 ms, and up to 2 us.
+    assert!((found.parts()[0].rate.unwrap() - 100.0).abs() < 0.01);
+    assert!(refusal("bag_mcap", "", "").contains("--part"));
+    assert!(refusal("bag_mcap", "/none", "").contains("/wrench"));
+    assert!(
+        refusal("bag_one", "", "value=wrench.force.x,wrench.torque.x")
+            .contains("different quantities")
+    );
+    assert!(refusal("bag_one", "", "value=wrench.force.w").contains("no column"));
+    assert!(refusal("ros1_bz2.bag", "", "").contains("bzip2"));
+}
+
+#[test]
+fn a_stream_of_the_lab_layer_has_its_clock_offsets() {
+    let (stream, frames, taken) = read("lab.xdf", "Force", "");
+    assert_eq!((stream.columns, stream.unit.quantity), (3, Quantity::Force));
+    // Times and values as pyxdf reads them without its smoothing of times.
+    let expected = fs::read_to_string(folder().join("lab_expected.csv")).unwrap();
+    for (frame, line) in frames.iter().zip(expected.lines()) {
+        let numbers: Vec<f64> = line
+            .split(',')
+            .map(|number| number.parse().unwrap())
+            .collect();
+        // pyxdf fits a line that is robust; both are exact here but for the rounding of times of
+        // 5000 s in doubles, 1e-12 s, through a fit of a slope of 1e-5.
+        assert!(
+            (frame.time_ns as f64 * 1e-9 - numbers[0]).abs() < 2e-9,
+            "{frame:?} {line}"
+        );
+        assert_eq!(frame.values, numbers[1..]);
+    }
+    assert!(taken.contains("clock offsets"), "{taken}");
+    assert!(refusal("lab.xdf", "Marks", "").contains("no numbers"));
+}
+
+#[test]
+fn arrays_are_maps_with_their_times() {
+    for name in ["maps.npz", "maps_z.npz", "maps_earliest.h5"] {
+        let (stream, frames, taken) = read(name, "", "");
+        assert_eq!((stream.rows, stream.columns), (3, 4), "{taken}");
+        for (row, frame) in frames.iter().enumerate() {
+            assert_eq!(
+                (frame.time_ns, &frame.values),
+                (row as u64 * 10_000_000, &map(row)),
+                "{name}"
+            );
+        }
+        let (_, frames, _) = read(name, "", "rate=50 Hz");
+        assert_eq!(frames[3].time_ns, 60_000_000);
+    }
+    for name in ["plain.npy", "fortran.npy", "plain.h5", "userblock.mat"] {
+        let (_, frames, taken) = read(name, "", "");
+        // The Unix times of `plain.h5` are doubles of seconds, whole to 0.24 us.
+        let time = if name == "plain.h5" {
+            stamp(8)
+        } else {
+            80_000_000
+        };
+        assert!(frames[8].time_ns.abs_diff(time) <= 240, "{name} {taken}");
+        assert_eq!(frames[8].values, force(8), "{name} {taken}");
+    }
+    let (_, frames, _) = read("big.npy", "", "time=1[s]");
+    assert_eq!(
+        frames[8].values,
+        force(8).map(|value| f64::from(value as f32))
+    );
+    for name in ["struct.npy", "compound.h5"] {
+        let (_, frames, taken) = read(name, "", "value=p[0]..n");
+        // Stamps are whole microseconds here.
+        assert_eq!(frames[8].time_ns, stamp(8) / 1000 * 1000, "{taken}");
+        assert_eq!(frames[8].values, [32.0, 33.0, 34.0, 35.0, 3.0]);
+    }
+    for name in ["series.npz", "series.h5"] {
+        let (_, frames, taken) = read(name, "", "");
+        assert_eq!(frames[8].time_ns, 80_000_000, "{taken}");
+        assert_eq!(frames[8].values[..2], force(8)[..2]);
+    }
+    let (_, frames, taken) = read("grow.h5", "v", "");
+    // Whole numbers beyond 2^53 are rounded to 256.
+    assert!(frames[8].time_ns.abs_diff(stamp(8)) <= 256, "{taken}");
+    assert_eq!(frames[8].values, [40.0, 41.0, 42.0, 43.0, 44.0]);
+    let (_, frames, _) = read("two.npz", "right", "");
+    assert_eq!(frames[1].values[1], 26.0);
+    assert!(refusal("two.npz", "", "").contains("left, right"));
+    assert!(refusal("lzf.h5", "map", "").contains("h5repack"));
+    assert!(refusal("maps_latest.h5", "skin/map", "").contains("h5repack"));
+}
+
+/// Every beginning of every file gives frames of the whole one or a refusal, and so does every
+/// file with damaged bytes: nothing ends the program.
+#[test]
+fn files_that_are_cut_or_damaged_end_nothing() {
+    let names = [
+        "bag_one/bag_one.mcap",
+        "bag_sqlite_old/bag_sqlite_old.db3",
+        "lib_zstd.mcap",
+        "lib_lz4.mcap",
+        "ros1_lz4.bag",
+        "lab.xdf",
+        "struct.npy",
+        "maps_z.npz",
+        "maps_earliest.h5",
+        "compound.h5",
+    ];
+    let mut state = 1_u64;
+    let mut random = move |below: usize| {
+        // The generator of Knuth's MMIX.
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    for name in names {
+        let whole = fs::read(folder().join(name)).unwrap();
+        let format = ForeignFormat::of(&whole).unwrap();
+        let frames_of = |bytes: Vec<u8>| {
+            let files: Vec<(String, Box<dyn Seekable>)> =
+                vec![(name.to_owned(), Box::new(Cursor::new(bytes)))];
+            let found = ForeignFile::open(name, format, files).ok()?;
+            let part = found
+                .parts()
+                .iter()
+                .find(|part| part.unread.is_none())?
+                .name
+                .clone();
+            let recording: Recording<&[u8]> =
+                Recording::of_foreign(found, &options(&part, "")).ok()?;
+            Some(
+                recording
+                    .map_while(Result::ok)
+                    .take(2 * ROWS)
+                    .collect::<Vec<_>>(),
+            )
+        };
+        let all = frames_of(whole.clone());
+        for _ in 0..60 {
+            let cut = whole[..random(whole.len())].to_vec();
+            if let (Some(all), Some(some)) = (&all, frames_of(cut)) {
+                assert!(some.len() <= all.len(), "{name}");
+                // Of what has its times elsewhere in the file, these may be cut.
+                let is_bag = ["mcap", "db3", "bag"]
+                    .iter()
+                    .any(|ending| name.ends_with(ending));
+                assert!(
+                    !is_bag || some.iter().zip(all).all(|(some, all)| some == all),
+                    "{name}"
+                );
+            }
+            let mut damaged = whole.clone();
+            for _ in 0..=random(8) {
+                // Heads are hit as often as all the rest.
+                let reach = if random(2) == 0 {
+                    whole.len()
+                } else {
+                    whole.len().min(600)
+                };
+                damaged[random(reach)] = random(256) as u8;
+            }
+            drop(frames_of(damaged));
+        }
+    }
+}
+
+/// What files of others hold, in the folder that the variable TAXEL_FOREIGN names:
+/// `TAXEL_FOREIGN=FOLDER cargo test -p taxel-recording --test foreign -- --ignored --nocapture`.
+#[test]
+#[ignore = "needs files of others"]
+#[allow(clippy::print_stdout)]
+fn files_of_others_are_listed_and_read() {
+    let folder = std::env::var("TAXEL_FOREIGN").unwrap();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.to_str().unwrap().to_owned();
+        let bytes = fs::read(&path).unwrap();
+        let Some(format) = ForeignFormat::of(&bytes) else {
+            continue;
+        };
+        let open = || {
+            let reader: Box<dyn Seekable> = Box::new(Cursor::new(bytes.clone()));
+            ForeignFile::open(&name, format, vec![(name.clone(), reader)])
+        };
+        println!("{name}: {format}");
+        let found = match open() {
+            Ok(found) => found,
+            Err(error) => {
+                println!("  {error}");
+                continue;
+            }
+        };
+        for part in found.parts() {
+            println!("  {part:?}");
+            let recording = Recording::of_foreign(open().unwrap(), &options(&part.name, ""));
+            match recording {
+                Err(error) => println!("    {}", error.to_string().lines().next().unwrap()),
+                Ok(recording) => {
+                    let recording: Recording<&[u8]> = recording;
+                    println!("    {}", recording.taken().unwrap());
+                    let (frames, errors): (Vec<_>, Vec<_>) = recording.partition(Result::is_ok);
+                    let times: Vec<u64> =
+                        frames.iter().flatten().map(|frame| frame.time_ns).collect();
+                    println!(
+                        "    {} frames, {:?} to {:?}, {errors:?}",
+                        frames.len(),
+                        times.first(),
+                        times.last()
+                    );
+                }
+            }
+        }
+    }
+}
