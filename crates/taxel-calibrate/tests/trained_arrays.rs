@@ -1159,3 +1159,44 @@ fn a_contact_that_moves_over_a_trained_skin_slips() {
         assert!((0.01..0.03).contains(&event.value), "{event:?}");
     }
 }
+
+#[test]
+fn zz_debug() {
+    let sensor = sensor();
+    for gains in [[1.0, 1.0], [1.0, 1.2]] {
+        let outcome = trained(&sensor, &gains, 5);
+        let map = outcome.maps.force.clone().unwrap();
+        println!("{:?} {:?}", gains, map.pressing.between_runs);
+    }
+    let outcome = trained(&sensor, &[1.0, 1.0], 3);
+    for remark in &outcome.outcome.remarks {
+        println!("{remark}");
+    }
+    let map = outcome.maps.force.clone().unwrap();
+    println!("{:?} times {:?} components {} centres {}", map.pressing.error, map.law.times, map.law.components, map.law.centres.len());
+    let rest: Vec<f64> = (0..CHANNELS).map(|c| 200.0 * c as f64).collect();
+    for p in [0.2, 0.5, 1.0] {
+        for drift in [0.0, 0.9] {
+            let frame: Vec<f64> = (0..CHANNELS).map(|c| {
+                let c = c as f64;
+                200.0 * c + drift + p * (80.0 - 9.0 * c) + p * p * 12.0 * c
+            }).collect();
+            let mut each = Vec::new();
+            for m in 0..map.pressing.members.len() {
+                let mut one = map.clone();
+                for (i, member) in one.pressing.members.iter_mut().enumerate() {
+                    member.share = if i == m { 1.0 } else { 0.0 };
+                }
+                let mut e = taxel::trained::ForceEstimator::new(one, rest.clone()).unwrap();
+                let mut out = f64::NAN;
+                for k in 0..1500 {
+                    let frame = if k < 10 { &rest } else { &frame };
+                    e.push(0.04 * k as f64, frame).unwrap();
+                    out = e.unbounded();
+                }
+                each.push(format!("{out:.3}"));
+            }
+            println!("p {p} drift {drift}: truth {:.3} members {each:?}", 4.0 * p + 3.0 * p * p);
+        }
+    }
+}

@@ -252,7 +252,8 @@ fn judged(
             };
             let [value, deviation] = [row[2 * number], row[2 * number + 1]];
             let difference = row[2 * maps.len() + number];
-            if value.is_finite() && deviation.is_finite() && difference.is_finite() {
+            if value.is_finite() && difference.is_finite() {
+                // Before its zero is known live states no deviation, and nothing is beside that of the map.
                 let stated = own.deviation(value, difference);
                 let beside = (deviation * deviation - stated * stated).max(0.0).sqrt();
                 found[number].push(fold.run, [*time, reading[0]], [value, difference], beside);

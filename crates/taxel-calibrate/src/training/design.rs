@@ -120,6 +120,9 @@ pub(super) struct Design {
     /// Mean and scale of each feature, kernels whitened.
     mean: Vec<f64>,
     scale: Vec<f64>,
+    /// What the features of the memory are, less their mean over their scale, of a frame that has long been held;
+    /// others are as they are.
+    held: Vec<Option<f64>>,
     /// Inverse roots of the kernels of the centres, of broad and of sharp ones.
     whitenings: Vec<((usize, Block), Mat<f64>)>,
     /// Range of each block of each law among the columns.
@@ -175,22 +178,24 @@ impl Design {
                 *sum += (value - mean).powi(2) / count;
             }
         }
-        // Features of one kind keep their sizes to each other where these say how smooth a map is. What the present
-        // explains is not left to the memory, which runs of one speed cannot tell from it.
+        // Features of one kind keep their sizes to each other where these say how smooth a map is.
         let mut scale = vec![1.0; start];
         for ((_, block), range) in &ranges {
             let own = deviation[range.clone()].iter().map(|v| v.sqrt());
             let most = own.clone().fold(0.0, f64::max) + f64::MIN_POSITIVE;
-            let share = match block {
-                Block::Channels => 10.0,
-                Block::Powers | Block::Sums | Block::Products => 3.0,
-                _ => 1.0,
-            };
             let own: Vec<f64> = match block {
                 Block::Broad | Block::Sharp => vec![most; range.len()],
-                _ => own.map(|v| v.max(ROUNDING * most) / share).collect(),
+                _ => own.map(|v| v.max(ROUNDING * most)).collect(),
             };
             scale[range.clone()].copy_from_slice(&own);
+        }
+        let mut held = vec![None; start];
+        for ((_, block), range) in &ranges {
+            if block.is_memory() {
+                for at in range.clone() {
+                    held[at] = Some(-mean[at] / scale[at]);
+                }
+            }
         }
         let groups = groups(&places);
         let mut of_groups = Vec::new();
@@ -207,6 +212,7 @@ impl Design {
             rows: of_groups,
             mean,
             scale,
+            held,
             whitenings,
             ranges,
         })
@@ -262,7 +268,7 @@ impl Design {
         let solver = Solver::of(self, &targets);
         let fitted: Vec<Fitted> = forms
             .par_iter()
-            .map(|form| solver.fitted(self.columns(*form), None))
+            .map(|form| self.fitted(&solver, *form))
             .collect::<Result<_, _>>()?;
         let mut members: Vec<Vec<Vec<f64>>> =
             fitted.iter().map(|one| one.held_out.clone()).collect();
@@ -324,6 +330,28 @@ impl Design {
             held_out,
             range,
         })
+    }
+
+    /// The map of some features that predicts held-out groups best, of a body that holds what it shows.
+    ///
+    /// Of runs of one speed the memory of the frames is nearly a sum of the frames themselves, and a map may take
+    /// either for the force; a touch that rests then reads anything. So each frame counts once more as one that
+    /// has been held until nothing is left in the memory, with its force, as surely as the map of the present
+    /// alone predicts it: that map errs by what the memory of the body does.
+    fn fitted(&self, solver: &Solver<'_>, form: Form) -> Result<Fitted, TrainingError> {
+        let columns = self.columns(form);
+        let present: Vec<usize> = columns
+            .iter()
+            .copied()
+            .filter(|column| self.held[*column].is_none())
+            .collect();
+        let joint = solver.fitted(&columns, None, 0.0)?;
+        if present.len() == columns.len() || present.is_empty() {
+            return Ok(joint);
+        }
+        let alone = solver.fitted(&present, None, 0.0)?;
+        let weight = joint.error / alone.error.max(f64::MIN_POSITIVE);
+        solver.fitted(&columns, None, weight.min(1.0))
     }
 
     /// A fitted map of the features as they come.
@@ -408,6 +436,8 @@ pub(super) struct Solver<'a> {
     targets: &'a [Vec<f64>],
     grams: Vec<Mat<f64>>,
     moments: Vec<Mat<f64>>,
+    /// Of each group the number of rows and the sums of the columns and of the targets.
+    sums: Vec<(f64, Vec<f64>, f64)>,
 }
 
 /// A fitted map.
@@ -433,22 +463,52 @@ impl<'a> Solver<'a> {
                 .map(|rows| rows.transpose() * rows)
                 .collect(),
             moments: rows
+                .clone()
                 .map(|(rows, target)| rows.transpose() * column(target))
+                .collect(),
+            sums: rows
+                .map(|(rows, target)| {
+                    let columns = rows.col_iter().map(|column| column.iter().sum());
+                    (
+                        rows.nrows() as f64,
+                        columns.collect(),
+                        target.iter().sum::<f64>(),
+                    )
+                })
                 .collect(),
         }
     }
 
-    /// The ridge over some columns with the prior that predicts groups best, or with `prior`.
+    /// The ridge over some columns with the prior that predicts groups best, or with `prior`; `held` is the weight
+    /// of the frames as if they were held, beside them as they are.
     pub(super) fn fitted(
         &self,
-        columns: Vec<usize>,
+        columns: &[usize],
         prior: Option<f64>,
+        held: f64,
     ) -> Result<Fitted, TrainingError> {
         let size = columns.len();
-        let sub = |of: &Mat<f64>| Mat::from_fn(size, size, |i, j| of[(columns[i], columns[j])]);
-        let part = |of: &Mat<f64>| Mat::from_fn(size, 1, |i, _| of[(columns[i], 0)]);
-        let grams: Vec<Mat<f64>> = self.grams.iter().map(sub).collect();
-        let moments: Vec<Mat<f64>> = self.moments.iter().map(part).collect();
+        let memory: Vec<Option<f64>> = columns.iter().map(|at| self.design.held[*at]).collect();
+        let gram = |(of, (count, sums, _)): (&Mat<f64>, &(f64, Vec<f64>, f64))| {
+            Mat::from_fn(size, size, |i, j| {
+                let own = of[(columns[i], columns[j])];
+                let as_held = match (memory[i], memory[j]) {
+                    (None, None) => own,
+                    (Some(i), None) => i * sums[columns[j]],
+                    (None, Some(j)) => j * sums[columns[i]],
+                    (Some(i), Some(j)) => i * j * count,
+                };
+                own + held * as_held
+            })
+        };
+        let moment = |(of, (_, _, targets)): (&Mat<f64>, &(f64, Vec<f64>, f64))| {
+            Mat::from_fn(size, 1, |i, _| {
+                let own = of[(columns[i], 0)];
+                own + held * memory[i].map_or(own, |i| i * targets)
+            })
+        };
+        let grams: Vec<Mat<f64>> = self.grams.iter().zip(&self.sums).map(gram).collect();
+        let moments: Vec<Mat<f64>> = self.moments.iter().zip(&self.sums).map(moment).collect();
         let zero = || (Mat::<f64>::zeros(size, size), Mat::<f64>::zeros(size, 1));
         let sum = |except: Option<usize>| {
             let parts = grams.iter().zip(&moments).enumerate();

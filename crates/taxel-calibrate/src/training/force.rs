@@ -478,7 +478,7 @@ impl<'a> Quick<'a> {
         let design = design_of(&map, self.runs, &self.times, None, blocks)?;
         let (targets, _) = design.targets(&self.readings);
         let solver = Solver::of(&design, &targets);
-        let fitted = solver.fitted(design.all(), None)?;
+        let fitted = solver.fitted(&design.all(), None, 0.0)?;
         let count: usize = targets.iter().map(Vec::len).sum();
         let variance = targets.iter().flatten().map(|t| t * t).sum::<f64>() / count.max(1) as f64;
         Ok((fitted.error / variance.max(f64::MIN_POSITIVE), count))
@@ -508,7 +508,7 @@ impl<'a> Quick<'a> {
     pub(crate) fn own_errors(&self, blocks: &[Block]) -> Result<Vec<[f64; 3]>, TrainingError> {
         let design = design_of(&self.map, self.runs, &self.times, None, blocks)?;
         let (targets, _) = design.targets(&self.readings);
-        let fitted = Solver::of(&design, &targets).fitted(design.all(), Some(1.0))?;
+        let fitted = Solver::of(&design, &targets).fitted(&design.all(), Some(1.0), 0.0)?;
         let weights = Mat::from_fn(fitted.weights.len(), 1, |i, _| fitted.weights[i]);
         let mut found = Vec::new();
         for ((rows, places), target) in design.rows.iter().zip(&design.places).zip(&targets) {

@@ -76,6 +76,11 @@ impl Block {
         Self::Sharp,
     ];
 
+    /// True for what was lately: nothing, once a frame has long been held.
+    pub fn is_memory(self) -> bool {
+        matches!(self, Self::SlowSums | Self::Slow | Self::SlowProducts)
+    }
+
     /// Name for people.
     pub fn name(self) -> &'static str {
         match self {

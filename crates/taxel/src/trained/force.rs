@@ -479,16 +479,18 @@ impl ForceEstimator {
             let share = (reach / beyond.deviations[0]).min(1.0);
             beyond.deviations.iter_mut().for_each(|own| *own *= share);
         }
+        let far = self.distance > map.farthest;
         let all = beyond.deviations.iter_mut().zip(map.maps()).zip(estimates);
         for (number, ((own, one), [value, deviation])) in all.enumerate() {
             let [low, high] = one.range;
             let excess = (value - high).max(low - value);
             if excess > USUAL * deviation {
                 *own = own.hypot(excess * (excess / (high - low)).min(1.0));
-                let surely = excess > SURELY * deviation;
-                beyond.surely |= surely;
-                beyond.pressed_harder |= surely && number == 0 && *value > high;
             }
+            let surely = excess > SURELY * deviation;
+            beyond.pressed_harder |= surely && number == 0 && *value > high;
+            // Neither the frame nor its estimate is one of training.
+            beyond.surely |= surely || excess > 0.0 && far;
         }
         beyond
     }
