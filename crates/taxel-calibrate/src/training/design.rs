@@ -120,9 +120,9 @@ pub(super) struct Design {
     /// Mean and scale of each feature, kernels whitened.
     mean: Vec<f64>,
     scale: Vec<f64>,
-    /// What the features of the memory are, less their mean over their scale, of a frame that has long been held;
-    /// others are as they are.
-    held: Vec<Option<f64>>,
+    /// Of features of the memory the square of what a touch that comes at once has of them, over their scale; of
+    /// others zero.
+    memory: Vec<f64>,
     /// Inverse roots of the kernels of the centres, of broad and of sharp ones.
     whitenings: Vec<((usize, Block), Mat<f64>)>,
     /// Range of each block of each law among the columns.
@@ -180,20 +180,21 @@ impl Design {
         }
         // Features of one kind keep their sizes to each other where these say how smooth a map is.
         let mut scale = vec![1.0; start];
-        for ((_, block), range) in &ranges {
-            let own = deviation[range.clone()].iter().map(|v| v.sqrt());
-            let most = own.clone().fold(0.0, f64::max) + f64::MIN_POSITIVE;
-            let own: Vec<f64> = match block {
-                Block::Broad | Block::Sharp => vec![most; range.len()],
-                _ => own.map(|v| v.max(ROUNDING * most)).collect(),
-            };
-            scale[range.clone()].copy_from_slice(&own);
-        }
-        let mut held = vec![None; start];
-        for ((_, block), range) in &ranges {
-            if block.is_memory() {
-                for at in range.clone() {
-                    held[at] = Some(-mean[at] / scale[at]);
+        let mut memory = vec![0.0; start];
+        for ((of, block), range) in &ranges {
+            let own: Vec<f64> = deviation[range.clone()].iter().map(|v| v.sqrt()).collect();
+            let most = |own: &mut dyn Iterator<Item = &f64>| own.copied().fold(0.0, f64::max);
+            let all = most(&mut own.iter()) + f64::MIN_POSITIVE;
+            let each = parts[*of].0.memory(*block).filter(|each| *each > 0);
+            for (at, column) in range.clone().enumerate() {
+                scale[column] = match block {
+                    Block::Broad | Block::Sharp => all,
+                    _ => own[at].max(ROUNDING * all),
+                };
+                // A touch that comes at once has all of the memory, of which the slowest shows most.
+                if let Some(each) = each {
+                    let slowest = most(&mut own.iter().skip(at % each).step_by(each));
+                    memory[column] = (slowest / scale[column]).max(1.0).powi(2);
                 }
             }
         }
@@ -212,7 +213,7 @@ impl Design {
             rows: of_groups,
             mean,
             scale,
-            held,
+            memory,
             whitenings,
             ranges,
         })
@@ -332,26 +333,23 @@ impl Design {
         })
     }
 
-    /// The map of some features that predicts held-out groups best, of a body that holds what it shows.
+    /// The map of some features that predicts held-out groups best.
     ///
-    /// Of runs of one speed the memory of the frames is nearly a sum of the frames themselves, and a map may take
-    /// either for the force; a touch that rests then reads anything. So each frame counts once more as one that
-    /// has been held until nothing is left in the memory, with its force, as surely as the map of the present
-    /// alone predicts it: that map errs by what the memory of the body does.
+    /// Of touches of one speed the memory of the present is nearly a sum of what is present, and a map may take either
+    /// for the force; one that comes faster, or rests, then reads anything. What the memory does to a touch that
+    /// comes at once is expected to be what the map of the present alone errs by, in equal parts of its features.
     fn fitted(&self, solver: &Solver<'_>, form: Form) -> Result<Fitted, TrainingError> {
         let columns = self.columns(form);
-        let present: Vec<usize> = columns
-            .iter()
-            .copied()
-            .filter(|column| self.held[*column].is_none())
-            .collect();
+        let present = columns.iter().filter(|column| self.memory[**column] == 0.0);
+        let present: Vec<usize> = present.copied().collect();
         let joint = solver.fitted(&columns, None, 0.0)?;
-        if present.len() == columns.len() || present.is_empty() {
+        if present.len() == columns.len() || present.is_empty() || self.of_one_run() {
             return Ok(joint);
         }
         let alone = solver.fitted(&present, None, 0.0)?;
-        let weight = joint.error / alone.error.max(f64::MIN_POSITIVE);
-        solver.fitted(&columns, None, weight.min(1.0))
+        let share = (joint.error / alone.error.max(f64::MIN_POSITIVE)).min(1.0);
+        let count = (columns.len() - present.len()) as f64;
+        solver.fitted(&columns, None, count * share)
     }
 
     /// A fitted map of the features as they come.
@@ -436,8 +434,6 @@ pub(super) struct Solver<'a> {
     targets: &'a [Vec<f64>],
     grams: Vec<Mat<f64>>,
     moments: Vec<Mat<f64>>,
-    /// Of each group the number of rows and the sums of the columns and of the targets.
-    sums: Vec<(f64, Vec<f64>, f64)>,
 }
 
 /// A fitted map.
@@ -463,52 +459,24 @@ impl<'a> Solver<'a> {
                 .map(|rows| rows.transpose() * rows)
                 .collect(),
             moments: rows
-                .clone()
                 .map(|(rows, target)| rows.transpose() * column(target))
-                .collect(),
-            sums: rows
-                .map(|(rows, target)| {
-                    let columns = rows.col_iter().map(|column| column.iter().sum());
-                    (
-                        rows.nrows() as f64,
-                        columns.collect(),
-                        target.iter().sum::<f64>(),
-                    )
-                })
                 .collect(),
         }
     }
 
-    /// The ridge over some columns with the prior that predicts groups best, or with `prior`; `held` is the weight
-    /// of the frames as if they were held, beside them as they are.
+    /// The ridge over some columns with the prior that predicts groups best, or with `prior`; that of the memory is
+    /// stronger by `memory`.
     pub(super) fn fitted(
         &self,
         columns: &[usize],
         prior: Option<f64>,
-        held: f64,
+        memory: f64,
     ) -> Result<Fitted, TrainingError> {
         let size = columns.len();
-        let memory: Vec<Option<f64>> = columns.iter().map(|at| self.design.held[*at]).collect();
-        let gram = |(of, (count, sums, _)): (&Mat<f64>, &(f64, Vec<f64>, f64))| {
-            Mat::from_fn(size, size, |i, j| {
-                let own = of[(columns[i], columns[j])];
-                let as_held = match (memory[i], memory[j]) {
-                    (None, None) => own,
-                    (Some(i), None) => i * sums[columns[j]],
-                    (None, Some(j)) => j * sums[columns[i]],
-                    (Some(i), Some(j)) => i * j * count,
-                };
-                own + held * as_held
-            })
-        };
-        let moment = |(of, (_, _, targets)): (&Mat<f64>, &(f64, Vec<f64>, f64))| {
-            Mat::from_fn(size, 1, |i, _| {
-                let own = of[(columns[i], 0)];
-                own + held * memory[i].map_or(own, |i| i * targets)
-            })
-        };
-        let grams: Vec<Mat<f64>> = self.grams.iter().zip(&self.sums).map(gram).collect();
-        let moments: Vec<Mat<f64>> = self.moments.iter().zip(&self.sums).map(moment).collect();
+        let sub = |of: &Mat<f64>| Mat::from_fn(size, size, |i, j| of[(columns[i], columns[j])]);
+        let part = |of: &Mat<f64>| Mat::from_fn(size, 1, |i, _| of[(columns[i], 0)]);
+        let grams: Vec<Mat<f64>> = self.grams.iter().map(sub).collect();
+        let moments: Vec<Mat<f64>> = self.moments.iter().map(part).collect();
         let zero = || (Mat::<f64>::zeros(size, size), Mat::<f64>::zeros(size, 1));
         let sum = |except: Option<usize>| {
             let parts = grams.iter().zip(&moments).enumerate();
@@ -521,8 +489,8 @@ impl<'a> Solver<'a> {
                      prior: f64|
          -> Result<Mat<f64>, TrainingError> {
             let mut matrix = gram.clone();
-            for j in 0..size {
-                matrix[(j, j)] += prior;
+            for (j, column) in columns.iter().enumerate() {
+                matrix[(j, j)] += prior + memory * self.design.memory[*column];
             }
             let factor = matrix
                 .llt(Side::Lower)

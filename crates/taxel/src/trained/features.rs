@@ -20,12 +20,13 @@ const MOST_CHANNELS_EACH: usize = 400;
 const MOST_POWERS: usize = 66;
 /// Components whose powers are taken then.
 const POWERS: usize = 40;
-/// Components whose products of two are features, and of three.
+/// Components whose products of two are features, and of three; of the few largest products of two are a block
+/// of their own.
 const SQUARES: usize = 10;
 const CUBES: usize = 4;
 /// Components that have a memory.
 pub const SLOW: usize = 16;
-/// Those of which it is multiplied.
+/// The few largest, of which it is multiplied.
 const SLOW_FACTORS: usize = 3;
 /// Monotone functions whose sums over the channels are features.
 pub const SUMS: usize = 6;
@@ -48,7 +49,9 @@ pub enum Block {
     Powers,
     /// Sums over the channels of functions that rise.
     Sums,
-    /// Products of two and of three components.
+    /// Products of two of the few largest components.
+    Squares,
+    /// Products of two and of three of more components.
     Products,
     /// What the sums did lately.
     SlowSums,
@@ -64,10 +67,11 @@ pub enum Block {
 
 impl Block {
     /// All of them in the order of the features.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Channels,
         Self::Powers,
         Self::Sums,
+        Self::Squares,
         Self::Products,
         Self::SlowSums,
         Self::Slow,
@@ -76,17 +80,13 @@ impl Block {
         Self::Sharp,
     ];
 
-    /// True for what was lately: nothing, once a frame has long been held.
-    pub fn is_memory(self) -> bool {
-        matches!(self, Self::SlowSums | Self::Slow | Self::SlowProducts)
-    }
-
     /// Name for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Channels => "channels",
             Self::Powers => "powers",
             Self::Sums => "sums",
+            Self::Squares => "squares",
             Self::Products => "products",
             Self::SlowSums => "memory of sums",
             Self::Slow => "memory",
@@ -148,6 +148,10 @@ impl FeatureLaw {
             Block::Channels => self.directions.len(),
             Block::Powers => 3 * self.powers(),
             Block::Sums => SUMS,
+            Block::Squares => {
+                let n = components.min(SLOW_FACTORS);
+                n * (n + 1) / 2
+            }
             Block::Products => {
                 let (n, m) = (components.min(SQUARES), components.min(CUBES));
                 n * (n + 1) / 2 + m * (m + 1) * (m + 2) / 6
@@ -168,6 +172,16 @@ impl FeatureLaw {
 
     fn slow_factors(&self) -> usize {
         self.slow().min(SLOW_FACTORS)
+    }
+
+    /// Number of features of the memory that a block has for each of its times; none if it is none of it.
+    pub fn memory(&self, block: Block) -> Option<usize> {
+        match block {
+            Block::SlowSums => Some(SUMS),
+            Block::Slow => Some(self.slow()),
+            Block::SlowProducts => Some(self.components.min(SLOW_FACTORS) * self.slow_factors()),
+            _ => None,
+        }
     }
 
     /// Where a block lies among the features.
@@ -275,9 +289,11 @@ impl FeatureLaw {
         features.extend(bases.iter().map(|g| g * g * g / 10.0));
         features.extend(state.sums);
         let u = &state.components;
-        let p = &u[..u.len().min(SQUARES)];
-        for (i, a) in p.iter().enumerate() {
-            features.extend(p[i..].iter().map(|b| a * b));
+        for count in [SLOW_FACTORS, SQUARES] {
+            let p = &u[..u.len().min(count)];
+            for (i, a) in p.iter().enumerate() {
+                features.extend(p[i..].iter().map(|b| a * b));
+            }
         }
         let p = &u[..u.len().min(CUBES)];
         for (i, a) in p.iter().enumerate() {
@@ -351,14 +367,16 @@ impl FeatureLaw {
         }
         let u = &state.components;
         let mut of_components = vec![0.0; u.len()];
-        let mut weights_left = of(Block::Products).iter();
+        let mut weights_left = of(Block::Squares).iter().chain(of(Block::Products));
         let mut next = || weights_left.next().copied().unwrap_or(0.0);
-        let n = u.len().min(SQUARES);
-        for i in 0..n {
-            for j in i..n {
-                let weight = next();
-                of_components[i] += weight * u[j];
-                of_components[j] += weight * u[i];
+        for count in [SLOW_FACTORS, SQUARES] {
+            let n = u.len().min(count);
+            for i in 0..n {
+                for j in i..n {
+                    let weight = next();
+                    of_components[i] += weight * u[j];
+                    of_components[j] += weight * u[i];
+                }
             }
         }
         let n = u.len().min(CUBES);
