@@ -122,21 +122,8 @@ fn judged(folder: &Path) -> Result<String, Failed> {
     let rest = channels
         .iter()
         .map(|at| quiet.iter().map(|row| row[*at]).sum::<f64>() / quiet.len() as f64);
-    let rest: Vec<f64> = rest.collect();
-    let mut alone = taxel::trained::ForceEstimator::new(map.clone(), rest.clone())?;
+    let mut alone = taxel::trained::ForceEstimator::new(map, rest.collect())?;
     let mut of_maps = Tally::default();
-    let members = map.pressing.members.len();
-    let only = |number: usize| {
-        let mut only = map.clone();
-        for (at, member) in only.pressing.members.iter_mut().enumerate() {
-            member.share = f64::from(u8::from(at == number));
-        }
-        only
-    };
-    let mut each = (0..members)
-        .map(|number| taxel::trained::ForceEstimator::new(only(number), rest.clone()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut of_each = vec![Vec::new(); members];
     for (number, row) in rows.iter().enumerate() {
         let frame = Frame {
             sequence: number as u64,
@@ -145,13 +132,6 @@ fn judged(folder: &Path) -> Result<String, Failed> {
             ..Frame::default()
         };
         let (touch, _) = estimator.push(&frame)?;
-        for (estimator, found) in each.iter_mut().zip(&mut of_each) {
-            if let Ok(own) = estimator.push(row[0], &frame.values) {
-                if row[force].is_finite() {
-                    found.push([own.value, row[force]]);
-                }
-            }
-        }
         if let Ok(own) = alone.push(row[0], &frame.values) {
             of_maps.push([own.value, own.deviation], row[force]);
             if env::var_os("TRACE").is_some() {
@@ -198,13 +178,6 @@ fn judged(folder: &Path) -> Result<String, Failed> {
                 of_place.push([1e3 * contact.centre[1], 1e3 * yy.sqrt()], row[y]);
             }
         }
-    }
-    for (number, found) in of_each.iter().enumerate() {
-        let n = found.len() as f64;
-        let rms = (found.iter().map(|[a, b]| (a - b).powi(2)).sum::<f64>() / n).sqrt();
-        let mean = found.iter().map(|[a, b]| a - b).sum::<f64>() / n;
-        let gain = found.iter().map(|[a, b]| a * b).sum::<f64>() / found.iter().map(|[_, b]| b * b).sum::<f64>();
-        eprintln!("map {number} alone: {rms:.4} N rms, mean {mean:.4}, gain {gain:.4}");
     }
     let wrong: Vec<String> = (1..)
         .zip(&wrong)

@@ -123,6 +123,8 @@ pub(super) struct Design {
     /// Of features of the memory the square of what a touch that comes at once has of them, over their scale; of
     /// others zero.
     memory: Vec<f64>,
+    /// Number of times of the memory.
+    times: f64,
     /// Inverse roots of the kernels of the centres, of broad and of sharp ones.
     whitenings: Vec<((usize, Block), Mat<f64>)>,
     /// Range of each block of each law among the columns.
@@ -214,6 +216,11 @@ impl Design {
             mean,
             scale,
             memory,
+            times: parts
+                .iter()
+                .map(|(law, _)| law.times.len())
+                .max()
+                .unwrap_or(0) as f64,
             whitenings,
             ranges,
         })
@@ -337,7 +344,7 @@ impl Design {
     ///
     /// Of touches of one speed the memory of the present is nearly a sum of what is present, and a map may take either
     /// for the force; one that comes faster, or rests, then reads anything. What the memory does to a touch that
-    /// comes at once is expected to be what the map of the present alone errs by, in equal parts of its features.
+    /// comes at once is expected to be what the map of the present alone errs by, in equal parts of its times.
     fn fitted(&self, solver: &Solver<'_>, form: Form) -> Result<Fitted, TrainingError> {
         let columns = self.columns(form);
         let present = columns.iter().filter(|column| self.memory[**column] == 0.0);
@@ -348,8 +355,7 @@ impl Design {
         }
         let alone = solver.fitted(&present, None, 0.0)?;
         let share = (joint.error / alone.error.max(f64::MIN_POSITIVE)).min(1.0);
-        let count = (columns.len() - present.len()) as f64;
-        solver.fitted(&columns, None, count * share)
+        solver.fitted(&columns, None, self.times * share)
     }
 
     /// A fitted map of the features as they come.

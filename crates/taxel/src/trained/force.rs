@@ -489,8 +489,9 @@ impl ForceEstimator {
             }
             let surely = excess > SURELY * deviation;
             beyond.pressed_harder |= surely && number == 0 && *value > high;
-            // Neither the frame nor its estimate is one of training.
-            beyond.surely |= surely || excess > 0.0 && far;
+            // Neither the frame nor its estimate is one of training, or the interval is wider than all of it.
+            let wide = USUAL * deviation.hypot(*own) > high - low;
+            beyond.surely |= surely || far && (excess > 0.0 || wide);
         }
         beyond
     }
