@@ -353,6 +353,12 @@ pub trait Reader: Any + Send {
         None
     }
 
+    /// The force that is held on a taxel whose `value` fades, with its standard deviation, SI; none
+    /// where values do not fade.
+    fn held(&self, _taxel: usize, _value: f64) -> Option<[f64; 2]> {
+        None
+    }
+
     /// Variance of the sum of the counted values, which is `sum`, SI squared, where their errors
     /// are not independent; none where they are.
     fn sum_variance(&self, _sum: f64) -> Option<f64> {
