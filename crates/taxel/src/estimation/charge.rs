@@ -484,22 +484,22 @@ impl Reader for ChargeReader {
         Some(&self.empty)
     }
 
-    fn held(&self, taxel: usize, value: f64) -> Option<[f64; 2]> {
+    /// Without what the gain is not known by, which stays the same.
+    fn by_noise(&self, taxel: usize) -> Option<f64> {
         let held = &self.held[taxel];
-        let force = value + held.taken;
         let leak = if self.model.high_pass.is_finite() {
             LEAK * held.taken
         } else {
             0.0
         };
-        let parts = [
-            self.deviations[taxel],
-            held.offset,
-            held.walk.sqrt(),
-            leak,
-            self.model.gain_deviation * force,
-        ];
-        Some([force, parts.into_iter().fold(0.0, f64::hypot)])
+        let parts = [self.deviations[taxel], held.offset, held.walk.sqrt(), leak];
+        Some(parts.into_iter().fold(0.0, f64::hypot))
+    }
+
+    fn held(&self, taxel: usize, value: f64) -> Option<[f64; 2]> {
+        let force = value + self.held[taxel].taken;
+        let gain = self.model.gain_deviation * force;
+        Some([force, self.by_noise(taxel)?.hypot(gain)])
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {

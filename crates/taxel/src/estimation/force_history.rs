@@ -528,13 +528,13 @@ struct Parabola {
 }
 
 impl Parabola {
-    /// Through at least four forces; times are counted from `highest`.
+    /// Through at least three forces, of which three leave no scatter; times are counted from `highest`.
     fn through<'a>(
         points: &(impl Iterator<Item = &'a Point> + Clone),
         highest: Point,
     ) -> Option<Self> {
         let count = points.clone().count();
-        if count < 4 {
+        if count < 3 {
             return None;
         }
         let span = points
@@ -564,7 +564,7 @@ impl Parabola {
             let left = point.force - highest.force - along(&row(point), &found);
             left * left
         });
-        let scatter = squares.sum::<f64>() / (count - 3) as f64;
+        let scatter = squares.sum::<f64>() / (count - 3).max(1) as f64;
         let times = || points.clone().map(|point| row(point)[1]);
         let [first, last] = [
             times().fold(f64::INFINITY, f64::min),
