@@ -786,6 +786,10 @@ pub(crate) struct Hardware {
     /// End when the link is lost; without it the link is opened again for ever
     #[arg(long)]
     pub(crate) once: bool,
+    /// Neither compare the zero of the start with that of the last run on this link nor keep it; it is kept in
+    /// the folder that TAXEL_STATE names, or in taxel in ~/.local/state
+    #[arg(long)]
+    pub(crate) no_last_zero: bool,
 }
 
 /// What goes to other programs while it runs, and what comes in.

@@ -188,6 +188,12 @@ impl ArrayEstimator {
         self.reader.meaning()
     }
 
+    /// Where a trained device was pressed in training: from and to along x and y, m. None of
+    /// devices that know their whole area.
+    pub fn trained_area(&self) -> Option<[[f64; 2]; 2]> {
+        self.reader.trained_area()
+    }
+
     /// Rules for this device.
     pub fn rules(&self) -> &Rules {
         &self.rules

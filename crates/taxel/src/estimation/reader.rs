@@ -370,6 +370,12 @@ pub trait Reader: Any + Send {
         Certainty::Exact
     }
 
+    /// Where a trained device was pressed in training: from and to along x and y, m. None of
+    /// devices that know their whole area.
+    fn trained_area(&self) -> Option<[[f64; 2]; 2]> {
+        None
+    }
+
     /// False for a taxel that the device does not have: nothing presses there.
     fn exists(&self, _taxel: usize) -> bool {
         true
