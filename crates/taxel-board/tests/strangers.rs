@@ -169,6 +169,10 @@ fn no_key_is_accepted_that_means_nothing() {
 /// The same of the keys of packets, messages, samples and boards: each changes what is decoded in some
 /// value, or is refused at its word.
 #[test]
+#[allow(
+    clippy::too_many_lines,
+    reason = "most of them are the table of boards and keys"
+)]
 fn no_key_of_a_packet_or_a_board_means_nothing() -> Outcome {
     let bytes = "{ is = \"sequence\", type = \"u16\" }, { is = \"value\", name = \"r{0..1}c{0..1}\", type = \"u16\" }";
     let text = "{ is = \"sequence\" }, { is = \"value\", name = \"r{0..1}c{0..1}\" }";
