@@ -745,6 +745,9 @@ pub(crate) struct Listen {
     /// Then show the channels on the page, as taxel live --raw does
     #[arg(long)]
     pub(crate) live: bool,
+    /// Port of that page, as of taxel live; 0 takes a free one
+    #[arg(long, requires = "live")]
+    pub(crate) port: Option<u16>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
