@@ -96,6 +96,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         drawing: String::new(),
         marks: Marks::default(),
         replay: None,
+        last_zero: None,
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let summary = run_with_page(session, address, |page| {

@@ -195,3 +195,399 @@ fn rows_and_a_byte_behind_the_check_are_drafted() {
         assert_eq!(drafted.ok(), Some(values), "{}", found.file);
     }
 }
+
+/// Bytes that stand still while a board is listened to and move later: the draft goes on reading it.
+#[test]
+fn a_draft_reads_on_when_still_bytes_move() {
+    let sequence = |kind: &str| format!("{{ is = \"sequence\", type = \"{kind}\" }}, ");
+    let boards = [
+        ("head", "u16", "big", 8, String::new()),
+        ("head", "i16", "little", 5, String::new()),
+        ("head", "i24", "big", 6, String::new()),
+        ("head", "i32", "big", 4, sequence("u8")),
+        ("head", "u16", "big", 6, sequence("u16")),
+        ("tail", "u16", "little", 7, String::new()),
+        ("tail", "i32", "little", 3, sequence("u16")),
+        ("head", "i8", "little", 48, String::new()),
+        ("tail", "i8", "little", 48, sequence("u8")),
+    ];
+    for (mark, kind, order, count, sequence) in boards {
+        let bytes = kind[1..].parse::<usize>().expect("bits") / 8;
+        let counter = match sequence.len() {
+            0 => 0,
+            _ if sequence.contains("u16") => 2,
+            _ => 1,
+        };
+        let length = 2 + counter + count * bytes;
+        let text = format!(
+            "framing.fixed = {{ length = {length}, {mark} = \"a5 5a\" }}\npacket = {{ order = \"{order}\", fields = [{sequence}{{ is = \"value\", name = \"c{{1..{count}}}\", type = \"{kind}\" }}] }}"
+        );
+        let board = common::board(&text);
+        // Readings near one number at first, and over all numbers of one byte or of two later.
+        let wire = |from: u64, quiet: bool| {
+            let mut random = SmallRng::seed_from_u64(from);
+            let mut encoder = Encoder::new(&board);
+            let mut wire = Vec::new();
+            let middle = if bytes == 1 { 3.0 } else { f64::from(0x1240) };
+            for sequence in from..from + 190 {
+                let far = if quiet {
+                    0.0
+                } else {
+                    8.0 * (sequence - from) as f64
+                };
+                let value = |_| {
+                    let off = if bytes == 1 { far.min(90.0) } else { far };
+                    middle + off + f64::from(random.random_range(-4..=4_i8))
+                };
+                let frame = Frame {
+                    sequence,
+                    time_ns: sequence * 10_000_000,
+                    values: (0..count).map(value).collect(),
+                    ..Frame::default()
+                };
+                encoder.encode(&frame, &mut wire);
+            }
+            wire
+        };
+        let found =
+            draft(&wire(0x1203, true), None).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
+        let later = wire(0x12d0, false);
+        let (sent, read) = (frames(&text_of(&text), &later), frames(&found.file, &later));
+        assert!(read.len() + 2 >= sent.len(), "{text}\n{}", found.file);
+        let sent: Vec<&[f64]> = sent.iter().map(|frame| &*frame.values).collect();
+        let read: Vec<&[f64]> = read.iter().map(|frame| &*frame.values).collect();
+        assert!(are_those(&sent, &read), "{text}\n{}", found.file);
+    }
+}
+
+/// True if readings are those that were sent. The first packets may be cut, or be needed to find where
+/// one begins.
+fn are_those(sent: &[&[f64]], read: &[&[f64]]) -> bool {
+    read.len() + 5 >= sent.len()
+        && (0..4).any(|begin| {
+            let pairs = sent[begin..].iter().zip(read);
+            pairs.filter(|(sent, read)| sent == read).count() + 5 >= sent.len()
+        })
+}
+
+/// A description as a whole file.
+fn text_of(description: &str) -> String {
+    format!("schema = 1\nname = \"any\"\n{description}\n")
+}
+
+/// A counter in text that begins again says where.
+#[test]
+fn a_text_counter_that_begins_again_says_where() {
+    let lines = |begin: u64, object: bool| -> Vec<u8> {
+        let line = |n: u64| {
+            let (count, value) = (n % begin, 500 + n * n % 7);
+            if object {
+                format!("{{\"n\":{count},\"a\":{value}}}\n")
+            } else {
+                format!("{count},{value}\n")
+            }
+        };
+        (0..600).flat_map(|n| line(n).into_bytes()).collect()
+    };
+    for (begin, object) in [(256, false), (200, false), (100, true)] {
+        let wire = lines(begin, object);
+        let found = draft(&wire, None).expect("lines of numbers");
+        assert!(
+            found.file.contains(&format!("modulus = {begin}")),
+            "{}",
+            found.file
+        );
+        let board = Board::parse("draft", &found.file).expect("a draft is sound");
+        let mut decoder = Decoder::new(&board, Begin::Whole);
+        decoder.push(&wire, None);
+        decoder.finish();
+        while decoder.next().is_some() {}
+        let counts = decoder.counts();
+        assert_eq!(
+            (counts.delivered, counts.lost, counts.restarts),
+            (600, Some(0), 0),
+            "{}",
+            found.file
+        );
+    }
+}
+
+/// A reading that wanders between two numbers, as `n` goes on.
+fn wandering(n: u64, channel: u64, [low, high]: [f64; 2]) -> f64 {
+    let mut random = SmallRng::seed_from_u64(channel);
+    let [phase, period] = [
+        random.random_range(0.0..6.0_f64),
+        random.random_range(31.0..83.0),
+    ];
+    let flicker = SmallRng::seed_from_u64(1000 * channel + n).random_range(-0.02..0.02);
+    let wave = 0.5 + 0.45 * (phase + n as f64 / period).sin() + flicker;
+    low + (high - low) * wave
+}
+
+/// A layout that was published with firmware, and what its readings are.
+struct Published {
+    name: &'static str,
+    /// Bytes of the packet `n` and its readings.
+    packet: fn(u64) -> (Vec<u8>, Vec<f64>),
+}
+
+/// Layouts of firmware of strangers, by their published descriptions.
+const PUBLISHED: [Published; 12] = [
+    Published {
+        name: "glove of ten bend sensors of 7 bits and a battery between 0xf0 and 0xf7",
+        packet: |n| {
+            let bends = (0..10).map(|c| wandering(n, c, [0.0, 127.0]).round());
+            let values: Vec<f64> = bends.collect();
+            let bytes = values.iter().map(|value| *value as u8);
+            // A battery moves more slowly than is listened.
+            let bytes = [0xf0, 1, 11].into_iter().chain(bytes).chain([94, 0xf7]);
+            (bytes.collect(), values)
+        },
+    },
+    Published {
+        name: "glove of angles between bars, tilde and semicolon",
+        packet: |n| {
+            let values: Vec<f64> = (0..8)
+                .map(|c| (100.0 * wandering(n, c, [-50.0, 90.0])).round() / 100.0)
+                .collect();
+            let text = |of: &[f64]| {
+                of.iter()
+                    .map(|v| format!("{v:.2}"))
+                    .collect::<Vec<_>>()
+                    .join("|")
+            };
+            (
+                format!("{}~{};\r\n", text(&values[..5]), text(&values[5..])).into_bytes(),
+                values,
+            )
+        },
+    },
+    Published {
+        name: "glove of an attitude, raw and smoothed bends with letters between them",
+        packet: |n| {
+            let values: Vec<f64> = (0..13)
+                .map(|c| match c {
+                    0..3 => (10.0 * wandering(n, c, [-90.0, 90.0])).round() / 10.0,
+                    3..8 => wandering(n, c, [500.0, 3500.0]).round(),
+                    _ => (100.0 * wandering(n, c, [0.0, 1.0])).round() / 100.0,
+                })
+                .collect();
+            let text = |of: &[f64]| of.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+            let line = format!(
+                "IMU,{},S,{},N,{}\n",
+                text(&values[..3]),
+                text(&values[3..8]),
+                text(&values[8..])
+            );
+            (line.into_bytes(), values)
+        },
+    },
+    Published {
+        name: "mat of 15 x 14, one line of blanks",
+        packet: |n| {
+            let values: Vec<f64> = (0..210)
+                .map(|c| wandering(n, c, [0.0, 1023.0]).round())
+                .collect();
+            let text = values
+                .iter()
+                .map(f64::to_string)
+                .collect::<Vec<_>>()
+                .join(" ");
+            (format!("{text}\r\n").into_bytes(), values)
+        },
+    },
+    Published {
+        name: "hand of 181 numbers behind 55 aa, and a CRC",
+        packet: |n| {
+            let values: Vec<f64> = (0..181)
+                .map(|c| wandering(n, c, [0.0, 4000.0]).round())
+                .collect();
+            let mut bytes = vec![0x55, 0xaa];
+            bytes.extend(
+                values
+                    .iter()
+                    .flat_map(|value| (*value as u16).to_le_bytes()),
+            );
+            let sum = crc::Crc::<u16>::new(&crc::CRC_16_MODBUS).checksum(&bytes);
+            bytes.extend(sum.to_le_bytes());
+            (bytes, values)
+        },
+    },
+    Published {
+        name: "barometer behind three start bytes and its type",
+        packet: |n| {
+            let value = f32::to_bits(wandering(n, 1, [98_000.0, 104_000.0]) as f32);
+            let warm = f32::to_bits(wandering(n, 2, [18.0, 31.0]) as f32);
+            let mut bytes = vec![0xaa, 0xaa, 0xaa, 0x01];
+            bytes.extend(warm.to_le_bytes());
+            bytes.extend(value.to_le_bytes());
+            (
+                bytes,
+                vec![
+                    f64::from(f32::from_bits(warm)),
+                    f64::from(f32::from_bits(value)),
+                ],
+            )
+        },
+    },
+    Published {
+        name: "object of nested lists and numbers with a time",
+        packet: |n| {
+            let bends: Vec<f64> = (0..5)
+                .map(|c| wandering(n, c, [1800.0, 2300.0]).round())
+                .collect();
+            let angles: Vec<f64> = (5..9)
+                .map(|c| (10.0 * wandering(n, c, [-20.0, 20.0])).round() / 10.0)
+                .collect();
+            let line = format!(
+                "{{\"flex_sensors\": {bends:?}, \"mpu6050\": {{\"accel_x\": {:?}, \"accel_y\": {:?}, \"pitch\": {:?}, \"roll\": {:?}}}, \"timestamp\": {}}}\n",
+                angles[0],
+                angles[1],
+                angles[2],
+                angles[3],
+                123_456 + 10 * n
+            );
+            (line.into_bytes(), [bends, angles].concat())
+        },
+    },
+    Published {
+        name: "four smoothed bends, one line of blanks",
+        packet: |n| {
+            let values: Vec<f64> = (0..4)
+                .map(|c| wandering(n, c, [32.0, 127.0]).round())
+                .collect();
+            let text = values
+                .iter()
+                .map(f64::to_string)
+                .collect::<Vec<_>>()
+                .join(" ");
+            (format!("{text}\r\n").into_bytes(), values)
+        },
+    },
+    Published {
+        name: "48 signed bytes behind two start bytes",
+        packet: |n| {
+            let values: Vec<f64> = (0..48)
+                .map(|c| wandering(n / 7, c, [-9.0, 9.0]).round())
+                .collect();
+            let bytes = values.iter().map(|value| (*value as i8) as u8);
+            ([0xaa, 0x55].into_iter().chain(bytes).collect(), values)
+        },
+    },
+    Published {
+        name: "forces of 12 bits, high byte first and hardly moving, behind a letter and a counter",
+        packet: |n| {
+            let values: Vec<f64> = (0..6)
+                .map(|c| wandering(n, c, [2060.0, 2290.0]).round())
+                .collect();
+            let mut bytes = vec![b'S', 0x01, n as u8];
+            bytes.extend(
+                values
+                    .iter()
+                    .flat_map(|value| (*value as u16).to_be_bytes()),
+            );
+            (bytes, values)
+        },
+    },
+    Published {
+        name: "labels as a plotter has them",
+        packet: |n| {
+            let values: Vec<f64> = (0..3)
+                .map(|c| wandering(n, c, [0.0, 1023.0]).round())
+                .collect();
+            (
+                format!(
+                    "thumb:{},index:{},middle:{}\r\n",
+                    values[0], values[1], values[2]
+                )
+                .into_bytes(),
+                values,
+            )
+        },
+    },
+    Published {
+        name: "counts of a load cell with its time in ms and a word",
+        packet: |n| {
+            let value = wandering(n, 3, [-400.0, 90_000.0]).round();
+            (
+                format!("[{} ms] weight {value} raw\n", 5000 + 12 * n).into_bytes(),
+                vec![value],
+            )
+        },
+    },
+];
+
+/// Each reading comes back under some name, with its number and in its order.
+#[test]
+fn published_layouts_are_drafted() {
+    let mut wrong = Vec::new();
+    for Published { name, packet } in PUBLISHED {
+        let (mut wire, mut sent) = (Vec::new(), Vec::new());
+        for n in 0..300 {
+            let (bytes, values) = packet(n);
+            wire.extend(bytes);
+            sent.push(values);
+        }
+        // From the middle of a packet on.
+        let wire = &wire[3..];
+        let found = match draft(wire, None) {
+            Ok(found) => found,
+            Err(tried) => {
+                wrong.push(format!("{name}: not drafted: {tried:?}"));
+                continue;
+            }
+        };
+        let read = frames(&found.file, wire);
+        let sent: Vec<&[f64]> = sent.iter().map(|values| &**values).collect();
+        let values: Vec<&[f64]> = read.iter().map(|frame| &*frame.values).collect();
+        let same = are_those(&sent, &values);
+        if !same {
+            wrong.push(format!(
+                "{name}: {} frames, {:?}\n{}",
+                read.len(),
+                read.first(),
+                found.file
+            ));
+        }
+    }
+    for wrong in &wrong {
+        println!("{wrong}");
+    }
+    assert!(wrong.is_empty(), "{} of {}", wrong.len(), PUBLISHED.len());
+}
+
+/// Cells that nothing touches all read the same: they are readings, and no long mark.
+#[test]
+fn a_mat_that_nothing_touches_is_no_mark() {
+    for (kind, bytes, rest) in [("u8", 1, 3.0), ("u16", 2, 259.0), ("u16", 2, 521.0)] {
+        for order in ["little", "big"] {
+            for count in [12, 20, 384] {
+                let text = format!(
+                    "framing.fixed = {{ length = {}, head = \"aa 55\" }}\npacket = {{ order = \"{order}\", fields = [{{ is = \"sequence\", type = \"u16\" }}, {{ is = \"value\", name = \"c{{1..{count}}}\", type = \"{kind}\" }}] }}",
+                    4 + bytes * count
+                );
+                let board = common::board(&text);
+                let mut encoder = Encoder::new(&board);
+                let mut wire = Vec::new();
+                for sequence in 0..300 {
+                    let frame = Frame {
+                        sequence,
+                        time_ns: sequence * 20_000_000,
+                        values: vec![rest; count],
+                        ..Frame::default()
+                    };
+                    encoder.encode(&frame, &mut wire);
+                }
+                let found = draft(&wire[5..], None).unwrap_or_else(|why| panic!("{text}\n{why:?}"));
+                let read = frames(&found.file, &wire);
+                let values = read.last().map(|frame| &frame.values[..]);
+                assert_eq!(
+                    values,
+                    Some(&vec![rest; count][..]),
+                    "{text}\n{}",
+                    found.file
+                );
+            }
+        }
+    }
+}

@@ -33,7 +33,14 @@ const KEYS: [(&str, &[&str]); 25] = [
     ("name", &["\"other\""]),
     (
         "type",
-        &["\"i16\"", "\"u32\"", "\"f32\"", "\"u8\"", "\"bits(4)\""],
+        &[
+            "\"i16\"",
+            "\"u32\"",
+            "\"f32\"",
+            "\"u8\"",
+            "\"bits(4)\"",
+            "\"sevens(2)\"",
+        ],
     ),
     ("bytes", &["2", "3"]),
     ("at", &["20"]),
@@ -157,6 +164,146 @@ fn no_key_is_accepted_that_means_nothing() {
         }
     }
     assert!(tried > 800, "{tried}");
+}
+
+/// The same of the keys of packets, messages, samples and boards: each changes what is decoded in some
+/// value, or is refused at its word.
+#[test]
+#[allow(
+    clippy::too_many_lines,
+    reason = "most of them are the table of boards and keys"
+)]
+fn no_key_of_a_packet_or_a_board_means_nothing() -> Outcome {
+    let bytes = "{ is = \"sequence\", type = \"u16\" }, { is = \"value\", name = \"r{0..1}c{0..1}\", type = \"u16\" }";
+    let text = "{ is = \"sequence\" }, { is = \"value\", name = \"r{0..1}c{0..1}\" }";
+    let lines = "{ is = \"value\", name = \"r{0..1}c{0..1}\" }";
+    let json = "{ is = \"sequence\", key = \"n\" }, { is = \"value\", name = \"r{0..1}c{0..1}\", key = \"v\" }";
+    let packet = |framing: &str, fields: &str| {
+        format!("rate = \"50 Hz\"\nframing.{framing}\nTOP\n[packet]\nfields = [{fields}]\nKEY\n")
+    };
+    let message = |carrier: &str, more: &str, fields: &str| {
+        format!(
+            "rate = \"50 Hz\"\nframing.messages.carrier = \"{carrier}\"\nTOP\n[[message]]\n{more}\nfields = [{fields}]\nKEY\n"
+        )
+    };
+    let boards = [
+        (
+            "fixed",
+            packet("fixed = { length = 12, head = \"a5 5a\" }", bytes),
+        ),
+        (
+            "marked",
+            packet("marked = { head = \"aa 55\", tail = \"0d 0a\" }", bytes),
+        ),
+        (
+            "length",
+            packet(
+                "length = { head = \"aa 55\", at = 2, type = \"u8\", counts = \"rest\" }",
+                &format!("{{ is = \"skip\", bytes = 1 }}, {bytes}"),
+            ),
+        ),
+        ("cobs", packet("cobs = {}", bytes)),
+        ("slip", packet("slip = {}", bytes)),
+        ("lines", packet("lines = {}", text)),
+        ("rows", packet("lines = { rows = 3 }", lines)),
+        (
+            "template",
+            packet(
+                "lines.template = \"{sequence} {value r0c0} {value r0c1}\"",
+                "",
+            ),
+        ),
+        (
+            "address",
+            packet(
+                "lines.template = \"{address} {value r0c0} {value r0c1}\"",
+                "{ is = \"address\", count = 3 }",
+            ),
+        ),
+        ("json", message("json", "", json)),
+        (
+            "json by id",
+            message("json", "key = \"type\"\nid = \"a\"", json),
+        ),
+        (
+            "can",
+            message(
+                "can",
+                "id = 0x12",
+                "{ is = \"value\", name = \"r0c{0..1}\", type = \"u16\" }",
+            ),
+        ),
+    ];
+    let of_board = [
+        ("pressed", &["\"falls\""][..]),
+        (
+            "layout",
+            &[
+                "{ rows = 1, columns = 4 }",
+                "{ rows = 2, columns = 1 }",
+                "{ rows = 3, columns = 2 }",
+            ],
+        ),
+    ];
+    let of_packet = [
+        ("order", &["\"big\""][..]),
+        ("check", &["{ kind = \"sum8\" }"]),
+        ("step_limit", &["3.0"]),
+        (
+            "samples",
+            &["{ count = 2, every = \"1 ms\" }", "{ count = 2 }"],
+        ),
+        ("samples", &["{ key = \"list\" }"]),
+        (
+            "samples",
+            &["{ count = 2, every = \"1 ms\", stamp = \"first\" }"],
+        ),
+        ("id", &["0x77"]),
+        ("id_range", &["[1, 2]", "[0x20, 0x21]"]),
+        ("first", &["2"]),
+        ("extended", &["true"]),
+        ("key", &["\"other\""]),
+        ("length", &["8"]),
+        ("rows", &["4"]),
+    ];
+    let mut silent = Vec::new();
+    for (name, file) in &boards {
+        let with = |top: &str, key: &str| board(&file.replace("TOP", top).replace("KEY", key));
+        let plain = with("", "").map_err(|error| format!("{name}: {error}"))?;
+        let given = of_board.iter().map(|of| (true, of));
+        for (top, (key, values)) in given.chain(of_packet.iter().map(|of| (false, of))) {
+            let means = values.iter().any(|value| {
+                let line = format!("{key} = {value}");
+                let changed = if top {
+                    with(&line, "")
+                } else {
+                    with("", &line)
+                };
+                changed.map_or_else(
+                    // A packet that is longer with it is refused at the length.
+                    |why| why.contains(key) || why.contains("length"),
+                    |board| board != plain,
+                )
+            });
+            if !means {
+                silent.push(format!("{name}: {key} = {values:?}"));
+            }
+        }
+    }
+    assert!(
+        silent.is_empty(),
+        "accepted, and means nothing: {silent:#?}"
+    );
+    Ok(())
+}
+
+/// A counter of packets has another number for each: `repeats` is refused at its word.
+#[test]
+fn packets_that_are_counted_do_not_repeat() {
+    let fields = "{ is = \"address\", type = \"u8\", count = 2 }, { is = \"sequence\", type = \"u8\", counts = \"packets\", repeats = 2 }, { is = \"value\", name = \"a\", type = \"u8\" }";
+    let message = board(&format!("framing.cobs = {{}}\npacket.fields = [{fields}]"));
+    let message = message.err().unwrap_or_default();
+    assert!(message.contains(".repeats\n"), "{message}");
 }
 
 #[test]

@@ -125,7 +125,7 @@ pub fn solve_section(
         if row.ended.is_none() {
             match study.press(pressure) {
                 Ok(closure) => {
-                    let state = if closure.gap <= 0.0 {
+                    let state = if closure.touches {
                         SectionState::Closed
                     } else {
                         SectionState::Open

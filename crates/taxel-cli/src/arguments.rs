@@ -745,6 +745,9 @@ pub(crate) struct Listen {
     /// Then show the channels on the page, as taxel live --raw does
     #[arg(long)]
     pub(crate) live: bool,
+    /// Port of that page, as of taxel live; 0 takes a free one
+    #[arg(long, requires = "live")]
+    pub(crate) port: Option<u16>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -786,6 +789,10 @@ pub(crate) struct Hardware {
     /// End when the link is lost; without it the link is opened again for ever
     #[arg(long)]
     pub(crate) once: bool,
+    /// Neither compare the zero of the start with that of the last run on this link nor keep it; it is kept in
+    /// the folder that TAXEL_STATE names, or in taxel in ~/.local/state
+    #[arg(long)]
+    pub(crate) no_last_zero: bool,
 }
 
 /// What goes to other programs while it runs, and what comes in.

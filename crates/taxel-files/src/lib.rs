@@ -30,7 +30,7 @@ pub use files::{
 };
 pub use hash::sha256;
 pub use progress::Progress;
-pub use solutions::Folder;
+pub use solutions::{Folder, state_folder};
 pub use stop::Stop;
 
 /// Version, as written into every file.

@@ -64,15 +64,27 @@ impl Folder {
 
 fn of_user(variable: &dyn Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
     let named = |name: &str| variable(name).filter(|path| !path.as_os_str().is_empty());
-    if let Some(own) = named("TAXEL_CACHE") {
-        return Some(own);
-    }
+    named("TAXEL_CACHE").or_else(|| under_home(&named, "XDG_CACHE_HOME", ".cache"))
+}
+
+/// The folder `taxel` in the one that `xdg` names, or else in `usual` of this user.
+fn under_home(named: &dyn Fn(&str) -> Option<PathBuf>, xdg: &str, usual: &str) -> Option<PathBuf> {
     // The XDG specification: a relative path is to be ignored.
     let absolute = |name: &str| named(name).filter(|path| path.is_absolute());
-    let folder = absolute("XDG_CACHE_HOME")
-        .or_else(|| Some(absolute("HOME")?.join(".cache")))
+    let folder = absolute(xdg)
+        .or_else(|| Some(absolute("HOME")?.join(usual)))
         .or_else(|| absolute("LOCALAPPDATA"))?;
     Some(folder.join("taxel"))
+}
+
+/// The folder of what this user's runs leave to later ones: `TAXEL_STATE`, or `taxel` in
+/// `$XDG_STATE_HOME` (`~/.local/state`). None where `TAXEL_STATE` is empty: nothing is kept.
+pub fn state_folder() -> Option<PathBuf> {
+    let variable = |name: &str| env::var_os(name).map(PathBuf::from);
+    match variable("TAXEL_STATE") {
+        Some(own) => Some(own).filter(|own| !own.as_os_str().is_empty()),
+        None => under_home(&variable, "XDG_STATE_HOME", ".local/state"),
+    }
 }
 
 /// The whole text of a file.

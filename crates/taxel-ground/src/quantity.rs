@@ -375,6 +375,8 @@ rules! {
     OpenLoopGain: None, 1.0, false, 1e12;
     /// A gain above zero, at most 1e6.
     PositiveGain: None, 0.0, true, 1e6;
+    /// Noise of numbers without a unit.
+    Noise: None, 0.0, false, 1e9;
     /// A number from 0 to 1.
     Fraction: None, 0.0, false, 1.0;
     /// A number of zero or more, at most 100: ratios such as a relaxing share.

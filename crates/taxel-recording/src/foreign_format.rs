@@ -22,6 +22,8 @@ pub enum ForeignFormat {
     Npz,
     /// HDF5.
     Hdf5,
+    /// Arrays of MATLAB 5 to 7.
+    Mat,
 }
 
 impl fmt::Display for ForeignFormat {
@@ -34,6 +36,7 @@ impl fmt::Display for ForeignFormat {
             Self::Npy => "array of NumPy (NPY)",
             Self::Npz => "arrays of NumPy (NPZ)",
             Self::Hdf5 => "HDF5",
+            Self::Mat => "MAT-file of MATLAB 5 to 7",
         })
     }
 }
@@ -58,6 +61,8 @@ impl ForeignFormat {
             Self::Npz
         } else if is(hdf5) || begin.get(512..).is_some_and(|rest| rest.starts_with(hdf5)) {
             Self::Hdf5
+        } else if is(b"MATLAB 5.0 MAT-file") {
+            Self::Mat
         } else if is(&MAGIC) && is_mcap_of_others(begin) {
             Self::Mcap
         } else {

@@ -31,6 +31,7 @@ mod events;
 mod history;
 mod interrupt;
 mod last_touch;
+mod last_zero;
 mod latency;
 pub mod link;
 mod link_source;
@@ -61,6 +62,7 @@ pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
+pub use last_zero::LastZero;
 pub use latency::Latencies;
 pub use link_source::LinkSource;
 pub use message::{Provenance, Tare};
@@ -116,6 +118,8 @@ pub struct Session {
     pub touch: TouchSession,
     /// Options of the run.
     pub options: PumpOptions,
+    /// The zero of the last run of this sensor; `None` where none is kept.
+    pub last_zero: Option<LastZero>,
     /// Whether lines of the standard input are marks.
     pub marks: Marks,
     /// Program and device as reported to clients.
@@ -163,13 +167,14 @@ pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
     session.marks.listen(&sender);
     let shared = Shared::new();
-    let pump = Pump::new(
+    let mut pump = Pump::new(
         session.source,
         session.touch,
         session.options,
         Arc::clone(&shared),
         commands,
     )?;
+    pump.compare_zeros(session.last_zero);
     runtime()?.block_on(async {
         let interrupted = interruption()?;
         let run = tokio::task::spawn_blocking(|| pump.run());
@@ -261,6 +266,7 @@ fn begun(
         Arc::clone(&shared),
         commands,
     )?;
+    pump.compare_zeros(session.last_zero);
     if let Some(replay) = replay {
         pump.control(replay);
     }
@@ -269,7 +275,7 @@ fn begun(
     let site = Site {
         hello: message::hello(
             pump.stream(),
-            pump.session().meaning(),
+            pump.session().estimator(),
             &provenance,
             stale_after,
         ),

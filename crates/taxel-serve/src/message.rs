@@ -4,7 +4,8 @@ use bytes::{BufMut, Bytes, BytesMut};
 use serde::Serialize;
 use taxel::acquisition::{FrameFlags, Stream};
 use taxel::estimation::{
-    Certainty, ChannelState, Contact, Continuity, Meaning, Scale, State, TaxelTouch, Touch, Wiring,
+    ArrayEstimator, Certainty, ChannelState, Contact, Continuity, Scale, State, TaxelTouch, Touch,
+    Wiring,
 };
 use taxel::layout::Mount;
 
@@ -229,6 +230,7 @@ struct Hello<'a> {
     verified: Option<f64>,
     picture: &'a str,
     total_known: bool,
+    trained_m: Option<[[f64; 2]; 2]>,
     force_unit: &'a str,
     length_unit: &'a str,
     speed_unit: &'a str,
@@ -242,10 +244,11 @@ struct Hello<'a> {
 /// The first message to each client.
 pub(crate) fn hello(
     stream: &Stream,
-    meaning: &Meaning,
+    estimator: &ArrayEstimator,
     provenance: &Provenance,
     stale_after: f64,
 ) -> String {
+    let meaning = estimator.meaning();
     let layout = &meaning.layout;
     let hello = Hello {
         protocol: PROTOCOL,
@@ -277,6 +280,7 @@ pub(crate) fn hello(
         verified: meaning.verified,
         picture: meaning.picture.name(),
         total_known: meaning.total_known,
+        trained_m: estimator.trained_area(),
         force_unit: meaning.force_unit(),
         length_unit: meaning.length_unit(),
         speed_unit: meaning.speed_unit(),

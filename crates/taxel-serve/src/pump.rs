@@ -20,6 +20,7 @@ use crate::condition::{ChannelConditions, ConditionSender};
 use crate::events::{EventFile, EventSummary, EventWriter, Events};
 use crate::history::Mark;
 use crate::last_touch::LastTouch;
+use crate::last_zero::LastZero;
 use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
@@ -268,6 +269,7 @@ pub(crate) struct Pump {
     /// True if the source says itself how its rest values changed.
     rest_recorded: bool,
     below_zero: Option<BelowZero>,
+    last_zero: Option<LastZero>,
     conditions: ConditionSender,
     baselines: BaselineSender,
 }
@@ -416,6 +418,7 @@ impl Pump {
             owed: Owed::default(),
             rest_recorded: false,
             below_zero: None,
+            last_zero: None,
             conditions: ConditionSender::default(),
             baselines: BaselineSender::default(),
             source,
@@ -714,6 +717,9 @@ impl Pump {
         let tared = self.session.estimator().is_tared();
         let capturing = self.session.capturing();
         let captured = self.session.push(&frame)?.captured;
+        if let Some(last_zero) = self.last_zero.as_mut().filter(|_| capturing) {
+            last_zero.push(&frame);
+        }
         let touch = self.session.estimator().touch();
         self.clipped_frames += u64::from(touch.clipped > 0);
         self.merged_frames += u64::from(touch.merged > 0);

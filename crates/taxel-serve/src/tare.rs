@@ -266,6 +266,13 @@ impl TareHistory {
         }
     }
 
+    /// What is known besides of the last entry.
+    pub(crate) fn remark(&mut self, words: &str) {
+        if let Some(entry) = self.entries.back_mut() {
+            words.clone_into(&mut entry.message);
+        }
+    }
+
     /// The rest values of the start are back in force.
     pub(crate) fn cleared(&mut self, time_ns: Option<u64>, session: &TouchSession) {
         self.push(TareKind::Cleared, By::Page, time_ns, session)

@@ -306,6 +306,11 @@ pub(super) fn resolve(
             let needs = |id: &Id| matches!(id, Id::Number(id) if *id > LARGEST_STANDARD_ID);
             numbered.iter().any(needs)
         });
+        if message.first.is_some() && numbered.len() < 2 {
+            let text = "one message has no number behind the names of its values";
+            let help = "leave it out, or give several ids";
+            return Err(broken(&[&"message", &place, &"first"], text, help));
+        }
         let layout = MessageLayout {
             ids: numbered,
             extended,

@@ -138,6 +138,13 @@ fn check_counting(field: &Field, place: usize) -> Result<(), Broken> {
             return Err(broken(&path, message, ""));
         }
     }
+    if field.repeats.is_some() && field.counts == Some(CountedBySequence::Packets) {
+        let path: [&dyn std::fmt::Display; 4] = [&"packet", &"fields", &place, &"repeats"];
+        let message = "a counter of packets has another number for each".to_owned();
+        let help =
+            "leave it out, or leave `counts` out where all packets of a frame have one number";
+        return Err(broken(&path, message, help));
+    }
     let whole = field
         .kind
         .filter(|kind| !kind.is_float() && kind.bits() < 63);

@@ -8,6 +8,18 @@ use crate::check::CheckKind;
 pub(super) struct Cut {
     pub(super) head: usize,
     pub(super) tail: usize,
+    /// Columns before this one, and how many rows all have from the first on, or the second of those
+    /// columns: so that however packets of one length are cut, the same bytes are compared.
+    pub(super) turn: usize,
+    pub(super) rows: usize,
+}
+
+impl Cut {
+    /// The rows of the column `at`.
+    fn rows<'a, 'b>(&self, packets: &'a [&'b [u8]], at: usize) -> &'a [&'b [u8]] {
+        let own = &packets[usize::from(at < self.turn).min(packets.len())..];
+        &own[..self.rows.min(own.len())]
+    }
 }
 
 /// Share of the steps that must be right: the others are losses.
@@ -17,10 +29,6 @@ const POSSIBLE: f64 = 0.999;
 /// Possible sizes of a reading in floating point, in any unit in use.
 const SIZES: [f64; 2] = [1e-9, 1e9];
 
-/// Bits that a number takes of a description beside those of its steps: only that it is more than
-/// nothing matters, where two descriptions say the same.
-const A_NUMBER: f64 = 0.1;
-
 /// What was found in the packets.
 #[derive(Debug, Default)]
 pub(super) struct Described {
@@ -28,9 +36,43 @@ pub(super) struct Described {
     check: Option<String>,
     evidence: Vec<String>,
     pub(super) found: Found,
+    /// Bytes at the end of the head that may move later: the upper ones of a counter that has not yet
+    /// gone through all numbers of its lower ones.
+    pub(super) open: usize,
 }
 
 impl Described {
+    /// Takes bytes at the end of the head and at the beginning of the tail, each the first and how many,
+    /// for neither marks nor readings.
+    pub(super) fn pass_over(&mut self, head: [usize; 2], tail: [usize; 2]) {
+        for [at, count] in [head, tail].into_iter().filter(|[_, count]| *count > 0) {
+            self.evidence.push(format!(
+                "bytes {at} to {} have not moved: passed over, they may be marks or readings",
+                at + count - 1
+            ));
+        }
+        let skip = |count: usize| format!("{{ is = \"skip\", bytes = {count} }}");
+        if head[1] > 0 {
+            let mark = self
+                .fields
+                .first_mut()
+                .filter(|field| field.contains("\"mark\""));
+            if let Some(mark) = mark {
+                *mark = format!("{{ is = \"mark\", bytes = {} }}", head[0]);
+            }
+            self.fields.insert(1.min(self.fields.len()), skip(head[1]));
+        }
+        if tail[1] > 0 {
+            let at = if self.check.is_some() {
+                format!(", at = {}", tail[0])
+            } else {
+                String::new()
+            };
+            let passed = format!("{{ is = \"skip\", bytes = {}{at} }}", tail[1]);
+            self.fields.push(passed);
+        }
+    }
+
     /// The proposal behind a framing.
     pub(super) fn proposal(self, framing: &str, mut evidence: Vec<String>) -> Proposal {
         evidence.extend(self.evidence);
@@ -100,10 +142,10 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
     let counters = counters(packets, body.clone());
     let widest = counters.first().map(|(number, _)| *number);
     let clock = clock(packets, body.clone(), widest);
-    // Zeros above a counter are its own, or the first bytes of a value.
+    // Still bytes above a counter are its own, or the first bytes of a value.
     let counters = counters.into_iter().map(Some);
     let counters = counters.chain(widest.is_none().then_some(None));
-    let laid_out = counters.map(|counter| (counter, laid_out(packets, &body, counter, clock)));
+    let laid_out = counters.map(|counter| (counter, laid_out(packets, cut, &body, counter, clock)));
     let best = laid_out.min_by(|(_, (_, one)), (_, (_, other))| one.total_cmp(other));
     let Some((counter, (fields, bits))) = best else {
         return found;
@@ -131,10 +173,24 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
         clock: clock.is_some(),
         marks: cut.head + cut.tail,
     };
-    if cut.head > 0 {
+    let may_carry = |(number, _): (Number, u64)| {
+        let values = packets.iter().map(|packet| number.of(packet));
+        number.at == cut.head && (number.big || number.bytes == 1) && values.is_sorted()
+    };
+    if cut.head > 1 && counter.is_some_and(may_carry) {
+        found.open = 1;
+        found.evidence.push(format!(
+            "byte {} may be the upper one of the counter, which has not gone round: no mark",
+            cut.head - 1
+        ));
         found
             .fields
-            .insert(0, format!("{{ is = \"mark\", bytes = {} }}", cut.head));
+            .insert(0, "{ is = \"skip\", bytes = 1 }".into());
+    }
+    let head = cut.head - found.open;
+    if head > 0 {
+        let mark = format!("{{ is = \"mark\", bytes = {head} }}");
+        found.fields.insert(0, mark);
     }
     if let Some((kind, from, at, big)) = check {
         let order = match (kind.bytes() > 1, big) {
@@ -160,6 +216,7 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
 /// The fields of the packets with this counter and clock, and what is left to the numbers.
 fn laid_out(
     packets: &[&[u8]],
+    cut: Cut,
     body: &std::ops::Range<usize>,
     counter: Option<(Number, u64)>,
     clock: Option<(Number, u64, &str)>,
@@ -167,7 +224,7 @@ fn laid_out(
     let mut fields = Vec::new();
     let (mut place, mut names, mut bits) = (body.start, 1, 0.0);
     for (number, field) in fields_of(counter, clock) {
-        bits += values(packets, place..number.at, &mut names, &mut fields);
+        bits += values(packets, cut, place..number.at, &mut names, &mut fields);
         let order = if number.bytes > 1 {
             format!(", order = \"{}\"", number.order())
         } else {
@@ -176,7 +233,7 @@ fn laid_out(
         fields.push(format!("{{ {field}{order} }}"));
         place = number.range().end;
     }
-    bits += values(packets, place..body.end, &mut names, &mut fields);
+    bits += values(packets, cut, place..body.end, &mut names, &mut fields);
     (fields, bits)
 }
 
@@ -230,12 +287,15 @@ fn check(packets: &[&[u8]], cut: Cut) -> Option<(CheckKind, usize, usize, bool)>
                     let number = Number { at, bytes, big };
                     let holds =
                         |packet: &&[u8]| u64::from(kind.of(&packet[from..at])) == number.of(packet);
+                    if !packets.iter().all(holds) {
+                        continue;
+                    }
                     let mut values: Vec<u64> =
                         packets.iter().map(|packet| number.of(packet)).collect();
                     values.sort_unstable();
                     values.dedup();
                     // A number that hardly changes may agree by chance.
-                    if values.len() > packets.len().min(256) / 4 && packets.iter().all(holds) {
+                    if values.len() > packets.len().min(256) / 4 {
                         return Some((kind, from, at, big));
                     }
                 }
@@ -269,12 +329,19 @@ fn counters(packets: &[&[u8]], body: std::ops::Range<usize>) -> Vec<(Number, u64
             ..widest
         })
     };
-    let zeros = |number: &Number| {
+    let still = |number: &Number| {
         let own = number.range();
         let mut others = widest.range().filter(|at| !own.contains(at));
-        others.all(|at| packets.iter().all(|packet| packet[at] == 0))
+        others.all(|at| packets.iter().all(|packet| packet[at] == packets[0][at]))
     };
-    let numbers = [4, 2, 1].into_iter().filter_map(narrower).filter(zeros);
+    let numbers = [4, 2, 1].into_iter().filter_map(narrower).filter(still);
+    // Still bytes other than zeros are a counter's only where the numbers say so.
+    let takes_more = |number: &Number| {
+        let still = |at: usize| packets.iter().all(|packet| packet[at] == packets[0][at]);
+        number.range().any(|at| packets[0][at] != 0 && still(at))
+    };
+    let (less_sure, surer): (Vec<_>, Vec<_>) = numbers.partition(takes_more);
+    let numbers = surer.into_iter().chain(less_sure);
     numbers.map(|number| (number, step)).collect()
 }
 
@@ -299,23 +366,29 @@ fn counter(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<(Number, u
         let moves = |at: usize| packets.iter().any(|packet| packet[at] != packets[0][at]);
         let all_move = number.range().all(moves);
         let widest = best.is_none_or(|(best, _)| number.bytes > best.bytes);
-        if widest && (all_move || is_zero_above(packets, number)) {
+        if widest && (all_move || is_still_above(packets, number)) {
             best = Some((number, step));
         }
     }
     best
 }
 
-/// True if the bytes of a number that do not move are zeros above those that do: it has just not
-/// counted so far.
-fn is_zero_above(packets: &[&[u8]], number: Number) -> bool {
+/// True if the bytes of a number that do not move stand above those that do: it has just not counted so
+/// far. Once the lower ones have gone round, only zeros may be its own.
+fn is_still_above(packets: &[&[u8]], number: Number) -> bool {
     let mut places: Vec<usize> = number.range().collect();
     if number.big {
         places.reverse();
     }
-    let still = |at: &usize| packets.iter().all(|packet| packet[*at] == 0);
-    let moving = places.iter().take_while(|at| !still(at)).count();
-    moving > 0 && places[moving..].iter().all(still)
+    let moves = |at: &&usize| {
+        let first = packets.first().map(|packet| packet[**at]);
+        packets.iter().any(|packet| Some(packet[**at]) != first)
+    };
+    let moving = places.iter().take_while(moves).count();
+    let goes_on = packets.iter().map(|packet| number.of(packet)).is_sorted();
+    let may_be_own = |at: &usize| goes_on || packets.iter().all(|packet| packet[*at] == 0);
+    let above = &places[moving..];
+    moving > 0 && !above.iter().any(|at| moves(&at)) && above.iter().all(may_be_own)
 }
 
 /// The number that grows steadily, its usual step and the unit that it may have.
@@ -380,6 +453,7 @@ struct Guess {
 /// something for each number, so that of types with the same bits the widest is taken.
 fn values(
     packets: &[&[u8]],
+    cut: Cut,
     stretch: std::ops::Range<usize>,
     names: &mut usize,
     fields: &mut Vec<String>,
@@ -406,7 +480,7 @@ fn values(
             if big && bytes == 1 {
                 continue;
             }
-            let Some(cost) = cost(packets, stretch.clone(), kind, bytes, big) else {
+            let Some(cost) = cost(packets, cut, stretch.clone(), kind, bytes, big) else {
                 continue;
             };
             if best.as_ref().is_none_or(|best| cost < best.cost - 1e-9) {
@@ -448,17 +522,17 @@ fn values(
     cost
 }
 
-/// Bits that the steps of all numbers of a type take, per packet: the right type has the
-/// smallest. `None` where the bytes are no such numbers.
+/// Bits that all numbers of a type take, per packet: those of the first packet, each counted from the
+/// one beside it, and then their steps. The right type has the smallest. `None` where the bytes are no such numbers.
 fn cost(
     packets: &[&[u8]],
+    cut: Cut,
     stretch: std::ops::Range<usize>,
     kind: &str,
     bytes: usize,
     big: bool,
 ) -> Option<f64> {
-    let mut sum = 0.0;
-    let stretch_numbers = stretch.len() / bytes;
+    let (mut sum, mut beside) = (0.0, 0.0);
     for at in stretch.step_by(bytes) {
         let number = Number { at, bytes, big };
         let value = |packet: &&[u8]| {
@@ -472,7 +546,10 @@ fn cost(
                 _ => whole as f64,
             }
         };
-        let values: Vec<f64> = packets.iter().map(value).collect();
+        let values: Vec<f64> = cut.rows(packets, at).iter().map(value).collect();
+        let first = values.first().copied().unwrap_or(0.0);
+        let apart: f64 = first - beside;
+        beside = first;
         let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
         if kind == "f32" {
             let possible = |value: &&f64| {
@@ -485,14 +562,16 @@ fn cost(
             }
             // Steps as shares of the size: a float that is one has three bytes of noise at most.
             let size = values.iter().map(|value| value.abs()).fold(1e-30, f64::max);
-            let bits = steps
+            let bits = std::iter::once(apart.abs())
+                .chain(steps)
                 .map(|step| (1.0 + step / size * 65536.0).log2())
                 .sum::<f64>();
-            sum += bits / (values.len() - 1).max(1) as f64;
+            sum += bits / values.len().saturating_sub(1).max(1) as f64;
             continue;
         }
-        let bits = steps.map(|step| (1.0 + step).log2()).sum::<f64>();
-        sum += bits / (values.len() - 1).max(1) as f64;
+        let bits = std::iter::once(apart.abs()).chain(steps);
+        let bits = bits.map(|step| (1.0 + step).log2()).sum::<f64>();
+        sum += bits / values.len().saturating_sub(1).max(1) as f64;
     }
-    Some(sum + A_NUMBER * (stretch_numbers as f64))
+    Some(sum)
 }

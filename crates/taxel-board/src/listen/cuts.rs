@@ -1,5 +1,6 @@
 //! Ways to cut bytes into packets: between zeros, between 0xc0, at equal lengths.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::columns::{self, Cut};
@@ -14,8 +15,12 @@ const SAME: f64 = 0.98;
 /// has the same marks.
 const AS_GOOD: f64 = 0.7;
 
-/// Bytes before a tail that may be those of a reading.
-const LAST_BYTES: usize = 1;
+/// Bytes at the inner end of a head or a tail that may be those of a reading, or of a counter, which
+/// have not moved so far: all but the lowest of the widest type.
+const STILL_BYTES: usize = 3;
+/// Bytes of a mark that are enough, where they stand once in it: beside the length they are looked for at
+/// one place only.
+const MARK: usize = 2;
 /// Beginnings within a run of marks that are tried.
 const NEAR: usize = 4;
 
@@ -68,37 +73,73 @@ fn between(
     let evidence = format!(
         "packets of {length} bytes between {named}: {alike} of {count} pieces unpack to that"
     );
-    let mut found = columns::describe(&packets, Cut { head: 0, tail: 0 });
+    let mut found = columns::describe(
+        &packets,
+        Cut {
+            head: 0,
+            tail: 0,
+            turn: 0,
+            rows: packets.len(),
+        },
+    );
     // The two ends are marks: packets of one length have them at theirs too.
     found.found.marks = 2;
     Some(found.proposal(&format!("\n[framing.{kind}]\n"), vec![evidence]))
 }
 
+/// A length that packets may have.
+struct Candidate {
+    length: usize,
+    /// Places that are the same in all and may be marks.
+    marks: Vec<usize>,
+    /// Share of all places that are the same in all.
+    share: f64,
+    /// True if they are not rather readings that have not moved.
+    are_marks: bool,
+}
+
 /// Packets of one length, told by bytes that are the same in all.
 fn equal(bytes: &[u8]) -> Vec<Proposal> {
     let most = LONGEST.min(bytes.len() / LEAST);
-    let marks = |length: usize| -> Vec<usize> {
-        (0..length)
-            .filter(|place| {
-                let column = bytes[*place..].iter().step_by(length);
-                let value = common(column.clone());
-                let (mut same, mut all) = (0_usize, 0_usize);
-                for byte in column {
-                    all += 1;
-                    same += usize::from(*byte == value);
-                }
-                same as f64 >= SAME * all as f64
-            })
-            .collect()
+    let marks = |length: usize| {
+        let still = |place: usize| {
+            let column = bytes[place..].iter().step_by(length);
+            let value = common(column.clone());
+            let (mut same, mut all) = (0_usize, 0_usize);
+            for byte in column {
+                all += 1;
+                same += usize::from(*byte == value);
+            }
+            (same as f64 >= SAME * all as f64).then_some(value)
+        };
+        let constants: Vec<_> = (0..length).map(still).collect();
+        let share = constants.iter().flatten().count() as f64 / length as f64;
+        let (constants, are_marks) = without_readings(constants);
+        let marks: Vec<usize> = (0..length)
+            .filter(|place| constants[*place].is_some())
+            .collect();
+        Candidate {
+            length,
+            marks,
+            share,
+            are_marks,
+        }
     };
-    let mut candidates: Vec<(usize, Vec<usize>)> = (2..=most)
-        .map(|length| (length, marks(length)))
+    let found: Vec<Candidate> = (2..=most)
+        .map(marks)
         // Zeros are often what no reading has reached, and no mark.
-        .filter(|(_, marks)| marks.iter().any(|place| bytes[*place] != 0))
+        .filter(|found| found.marks.iter().any(|place| bytes[*place] != 0))
         .collect();
-    let share = |(length, marks): &(usize, Vec<usize>)| marks.len() as f64 / *length as f64;
-    let best = candidates.iter().map(share).fold(0.0, f64::max);
-    candidates.retain(|candidate| share(candidate) >= AS_GOOD * best);
+    // What may be readings is a mark only where nothing else is one, and packets in which nothing moves are
+    // pieces of a stretch of such readings.
+    let moves = |found: &Candidate| found.are_marks && found.share < 1.0;
+    let any_moves = found.iter().any(moves);
+    let candidates = || found.iter().filter(|found| moves(found) || !any_moves);
+    let best = candidates().map(|found| found.share).fold(0.0, f64::max);
+    let candidates = candidates().filter(|found| found.share >= AS_GOOD * best);
+    let mut candidates: Vec<(usize, Vec<usize>)> = candidates
+        .map(|found| (found.length, found.marks.clone()))
+        .collect();
     candidates.sort_by_key(|(length, _)| *length);
     // A multiple of a length has its marks too.
     let mut lengths: Vec<usize> = Vec::new();
@@ -110,12 +151,53 @@ fn equal(bytes: &[u8]) -> Vec<Proposal> {
     let mut found = Vec::new();
     for (length, marks) in candidates {
         for begin in beginnings(bytes, length, &marks) {
-            // The last byte of a reading may be the same in all and no part of the tail.
-            let trims = 0..=LAST_BYTES;
-            found.extend(trims.filter_map(|trim| cut_at(bytes, length, begin, trim)));
+            // The first or the last bytes of readings may be the same in all and no part of head or
+            // tail: what the numbers say best decides.
+            let trims =
+                (0..=STILL_BYTES).flat_map(|head| (0..=STILL_BYTES).map(move |tail| [head, tail]));
+            found.extend(trims.filter_map(|trims| cut_at(bytes, length, begin, trims)));
         }
     }
     found
+}
+
+/// Repetitions of one to four bytes that are no mark but readings of cells that nothing touches.
+const ALIKE: usize = 4;
+
+/// The bytes that are the same in all packets without those that are rather readings that have not moved:
+/// the same ones again and again. Where nothing else is the same they are kept, and it is false that these
+/// are marks.
+fn without_readings(constants: Vec<Option<u8>>) -> (Vec<Option<u8>>, bool) {
+    let length = constants.len();
+    let mut marks = constants.clone();
+    for period in [1, 2, 4].into_iter().filter(|period| *period < length) {
+        // How far each byte is the same as the one a period before, around the end.
+        let mut run = 0;
+        for place in 0..2 * length {
+            let [own, before] =
+                [place, place + length - period].map(|place| constants[place % length]);
+            run = if own.is_some() && own == before {
+                run + 1
+            } else {
+                0
+            };
+            let least = (ALIKE - 1) * period;
+            let back = match run.cmp(&least) {
+                Ordering::Less => 0,
+                Ordering::Equal => (least + period).min(length),
+                Ordering::Greater => 1,
+            };
+            for back in 0..back {
+                marks[(place + length - back) % length] = None;
+            }
+        }
+    }
+    let is_mark = |byte: &Option<u8>| byte.is_some_and(|byte| byte != 0);
+    if marks.iter().any(is_mark) {
+        (marks, true)
+    } else {
+        (constants, false)
+    }
 }
 
 /// The value that most of a column has.
@@ -150,9 +232,9 @@ fn beginnings(bytes: &[u8], length: usize, marks: &[usize]) -> Vec<usize> {
     found
 }
 
-/// Packets of one length from one beginning, without so many of the bytes that end all of them
-/// alike.
-fn cut_at(bytes: &[u8], length: usize, begin: usize, trim: usize) -> Option<Proposal> {
+/// Packets of one length from one beginning; so many of the bytes with which all of them begin and end
+/// are none of the marks.
+fn cut_at(bytes: &[u8], length: usize, begin: usize, trims: [usize; 2]) -> Option<Proposal> {
     let packets: Vec<&[u8]> = bytes[begin..].chunks_exact(length).collect();
     if packets.len() + 1 < LEAST {
         return None;
@@ -163,7 +245,7 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trim: usize) -> Option<Prop
         let same = column(place).filter(|byte| **byte == value).count();
         (same as f64 >= SAME * packets.len() as f64).then_some(value)
     };
-    let constants: Vec<Option<u8>> = (0..length).map(constant).collect();
+    let (constants, _) = without_readings((0..length).map(constant).collect());
     let head: Vec<u8> = constants.iter().map_while(|byte| *byte).collect();
     // Zeros behind the marks are rather readings that are zero.
     let head = &head[..head
@@ -180,17 +262,52 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trim: usize) -> Option<Prop
         .rev()
         .skip_while(|byte| *byte == 0)
         .collect();
-    let tail = tail.get(trim..)?.to_vec();
+    let [of_head, of_tail] = trims;
+    let tail = tail.get(of_tail..)?.to_vec();
+    let head = &head[..head.len().checked_sub(of_head)?];
     if head.is_empty() && tail.is_empty() {
         return None;
     }
+    let cut = Cut {
+        head: head.len(),
+        tail: tail.len(),
+        turn: length - begin,
+        rows: (bytes.len() / length).saturating_sub(2),
+    };
+    let whole: Vec<&[u8]> = packets
+        .iter()
+        .copied()
+        .filter(|packet| packet.starts_with(head) && packet.ends_with(&tail))
+        .collect();
+    let mut found = columns::describe(&whole, cut);
+    let head = &head[..head.len() - found.open];
+    // Of a long mark its outer bytes are enough; the inner ones may be readings that have not moved.
+    let run = [&tail[..], head].concat();
+    let enough = |mark: &[u8]| {
+        run.windows(mark.len())
+            .filter(|other| *other == mark)
+            .count()
+            == 1
+    };
+    let shortest = |most: usize, of: &dyn Fn(usize) -> Vec<u8>| {
+        (MARK..most)
+            .find(|length| enough(&of(*length)))
+            .unwrap_or(most)
+    };
+    let kept = [
+        shortest(head.len(), &|length| head[..length].to_vec()),
+        shortest(tail.len(), &|length| tail[tail.len() - length..].to_vec()),
+    ];
+    let [inner_head, inner_tail] = [head.len() - kept[0], tail.len() - kept[1]];
+    found.pass_over([kept[0], inner_head], [length - tail.len(), inner_tail]);
+    let (head, tail) = (&head[..kept[0]], &tail[inner_tail..]);
     let hex = |bytes: &[u8]| {
         let digits = bytes.iter().map(|byte| format!("{byte:02x}"));
         digits.collect::<Vec<_>>().join(" ")
     };
     let mut keys = vec![format!("length = {length}")];
     let mut evidence = format!("{length} bytes");
-    for (name, bytes) in [("head", head), ("tail", &tail)] {
+    for (name, bytes) in [("head", head), ("tail", tail)] {
         if !bytes.is_empty() {
             keys.push(format!("{name} = \"{}\"", hex(bytes)));
             let marked = packets.iter().filter(|packet| match name {
@@ -208,16 +325,6 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trim: usize) -> Option<Prop
             ]);
         }
     }
-    let cut = Cut {
-        head: head.len(),
-        tail: tail.len(),
-    };
-    let whole: Vec<&[u8]> = packets
-        .iter()
-        .copied()
-        .filter(|packet| packet.starts_with(head) && packet.ends_with(&tail))
-        .collect();
-    let found = columns::describe(&whole, cut);
     let framing = format!("\n[framing.fixed]\n{}\n", keys.join("\n"));
     Some(found.proposal(&framing, vec![evidence]))
 }

@@ -202,7 +202,7 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
     {
         return None;
     }
-    let mut names = Names::default();
+    let (mut names, mut counting) = (Names::default(), None);
     let mut evidence = vec![format!(
         "text: {covered} of {} lines have {}",
         lines.len(),
@@ -214,7 +214,10 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
     )];
     let templates: Vec<String> = order
         .iter()
-        .map(|shape| template(shape, &kinds[shape], &mut names, &mut evidence))
+        .map(|shape| {
+            let rows = &kinds[shape];
+            template(shape, rows, &mut names, &mut evidence, &mut counting)
+        })
         .collect();
     let list = templates
         .iter()
@@ -225,6 +228,12 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
     );
     if order.len() > 1 {
         body.push_str("frame = \"last\"\n");
+    }
+    if let Some(counting) = counting {
+        let _ = write!(
+            body,
+            "\n[packet]\nfields = [{{ is = \"sequence\"{counting} }}]\n"
+        );
     }
     evidence.push("lines have no check: damage of a digit is not seen".into());
     Some(Proposal {
@@ -278,6 +287,7 @@ fn template(
     rows: &[Vec<f64>],
     names: &mut Names,
     evidence: &mut Vec<String>,
+    counting: &mut Option<String>,
 ) -> String {
     let mut template = String::new();
     let (mut words, mut column) = (String::new(), 0);
@@ -298,8 +308,9 @@ fn template(
         // One sequence and one time to a board.
         let is_new = |kind: &str| !evidence.iter().any(|line| line.ends_with(kind));
         match what(&values) {
-            What::Counter if is_new("a counter") => {
-                evidence.push(format!("\"{name}\" goes up by one: a counter"));
+            What::Counter(modulus) if is_new("a counter") => {
+                evidence.push(counts_up(&name, modulus));
+                counting.clone_from(&modulus.map(modulus_key));
                 template.push_str("{sequence}");
             }
             What::Clock(unit, step) if is_new("a time") => {
@@ -318,9 +329,23 @@ fn template(
     template
 }
 
+/// The line of evidence of a counter.
+fn counts_up(name: &str, modulus: Option<u64>) -> String {
+    let until = modulus.map_or(String::new(), |modulus| {
+        format!(" and begins again from 0 at {modulus}")
+    });
+    format!("\"{name}\" goes up by one{until}: a counter")
+}
+
+/// The key of a counter that begins again.
+fn modulus_key(modulus: u64) -> String {
+    format!(", modulus = {modulus}")
+}
+
 /// What a column of numbers is.
 enum What {
-    Counter,
+    /// A counter, with the number at which it begins again from 0 where that was seen.
+    Counter(Option<u64>),
     /// A time in this unit, with its usual step.
     Clock(&'static str, f64),
     Value,
@@ -337,8 +362,16 @@ fn what(values: &[f64]) -> What {
     let whole = values
         .iter()
         .all(|value| value.fract() == 0.0 && *value >= 0.0);
-    if whole && share(&|step| step == 1.0) >= RIGHT {
-        return What::Counter;
+    if whole && share(&|step| step == 1.0 || step < 0.0) >= RIGHT {
+        let mut begun = values.windows(2).filter(|pair| pair[1] < pair[0]);
+        let most = values.iter().copied().fold(0.0, f64::max);
+        let again = begun.clone().next().is_some();
+        if begun.all(|pair| pair[1] == 0.0 && pair[0] == most) && share(&|step| step < 0.0) < 0.5 {
+            return What::Counter(again.then_some(most as u64 + 1));
+        }
+        if share(&|step| step == 1.0) >= RIGHT {
+            return What::Counter(None);
+        }
     }
     let grows = share(&|step| step > 0.0);
     let (most, count) = (steps.clone(), steps.len());
@@ -391,9 +424,10 @@ fn json(lines: &[&str]) -> Option<Proposal> {
             evidence.iter().any(|line| line.ends_with("a time")),
         );
         let field = match what(&values) {
-            What::Counter if count == 1 && !counted => {
-                evidence.push(format!("\"{key}\" goes up by one: a counter"));
-                "is = \"sequence\"".to_owned()
+            What::Counter(modulus) if count == 1 && !counted => {
+                evidence.push(counts_up(key, modulus));
+                let counting = modulus.map_or(String::new(), modulus_key);
+                format!("is = \"sequence\"{counting}")
             }
             What::Clock(unit, step) if count == 1 && !timed => {
                 evidence.push(format!(

@@ -56,6 +56,9 @@ pub struct Closure {
     pub area_ratio: f64,
     /// Smallest distance between roof and floor at equal undeformed place, m.
     pub gap: f64,
+    /// True if roof and floor touch: pressed against each other they may overlap or stand apart by what
+    /// the contact accepts.
+    pub touches: bool,
     /// Length of each wall that has folded onto the other at the upper corner, m.
     pub fold: f64,
     /// Greatest von Mises stress, Pa.
@@ -268,6 +271,19 @@ impl VoidStudy {
         let places = state.places(&problem.mesh);
         let gaps = self.facing.iter().map(|pair| pair.gap(&places));
         let gap = gaps.fold(f64::INFINITY, f64::min);
+        let pressed = problem
+            .contacts
+            .iter()
+            .enumerate()
+            .any(|(number, contact)| {
+                let Contact::Walls(walls) = contact else {
+                    return false;
+                };
+                let pressures = self.solver.contact(number).pressures;
+                walls.points.iter().zip(pressures).any(|(point, pressure)| {
+                    matches!(point.pairing, Pairing::Opposite(_)) && pressure > 0.0
+                })
+            });
         let fold = self.folding.map_or(0.0, |number| {
             let Contact::Walls(walls) = &problem.contacts[number] else {
                 return 0.0;
@@ -283,6 +299,7 @@ impl VoidStudy {
             inside: state.parameters[1],
             area_ratio: area / self.rest,
             gap,
+            touches: pressed || gap <= 0.0,
             fold,
             stress: self
                 .solver

@@ -247,7 +247,7 @@ impl Way {
         let solver = &self.study.solver;
         let before = (solver.state().clone(), solver.targets().to_vec());
         let mut closed = self.to(ratio);
-        if self.touch.is_none() && closed.as_ref().is_ok_and(|state| state.gap <= 0.0) {
+        if self.touch.is_none() && closed.as_ref().is_ok_and(|state| state.touches) {
             self.touch_first(before, ratio);
             if self.touch.is_some_and(|touch| touch < ratio + CLOSEST) {
                 return true;
@@ -270,30 +270,52 @@ impl Way {
         })
     }
 
-    /// The state at the first touch, where the line of the gap over the area ratio ends:
-    /// the curve bends there. At `reached` they touch already.
+    /// The state at the first touch, where the curve bends. From `state` they do not touch yet, at
+    /// `reached` they do: what lies between is narrowed from both sides until it is worth less than the
+    /// error that is stated.
     fn touch_first(
         &mut self,
-        (state, targets): (taxel_fem::assembly::state::State, Vec<f64>),
+        (mut state, mut targets): (taxel_fem::assembly::state::State, Vec<f64>),
         reached: f64,
     ) {
-        let [.., one, two] = self.states[..] else {
+        let [.., mut before, mut open] = self.states[..] else {
             return;
         };
-        let slope = (one.gap - two.gap) / (one.area_ratio - two.area_ratio);
-        let ratio = (two.area_ratio - two.gap / slope).max(reached);
-        let place = (
-            self.study.solver.state().clone(),
-            self.study.solver.targets().to_vec(),
-        );
-        self.study.solver.restart(state, targets);
-        match self.to(ratio) {
-            Ok(state) => {
-                self.touch = Some(ratio);
-                self.states.push(state);
+        let place = |solver: &taxel_fem::solver::newton::Solver| {
+            (solver.state().clone(), solver.targets().to_vec())
+        };
+        let end = place(&self.study.solver);
+        let mut touching: Option<Closure> = None;
+        loop {
+            let least = touching.map_or(reached, |touching| touching.area_ratio);
+            let width = open.area_ratio - least;
+            if touching.is_some() && width <= LEAST_ERROR * least {
+                break;
             }
-            Err(_) => self.study.solver.restart(place.0, place.1),
+            // Where the line of the gap ends, inside of what is left.
+            let slope = (before.gap - open.gap) / (before.area_ratio - open.area_ratio);
+            let margin = 0.1 * width;
+            let ratio = (open.area_ratio - open.gap / slope)
+                .clamp(least + margin, open.area_ratio - margin);
+            self.study.solver.restart(state.clone(), targets.clone());
+            match self.to(ratio) {
+                Ok(found) if found.touches => touching = Some(found),
+                Ok(found) => {
+                    (before, open) = (open, found);
+                    (state, targets) = place(&self.study.solver);
+                }
+                Err(_) => break,
+            }
         }
+        if let Some(found) = touching {
+            self.study.solver.restart(state, targets);
+            if self.to(found.area_ratio).is_ok() {
+                self.touch = Some(found.area_ratio);
+                self.states.push(found);
+                return;
+            }
+        }
+        self.study.solver.restart(end.0, end.1);
     }
 
     /// Share of the area lost per net pressure at rest: the secants of the first two states

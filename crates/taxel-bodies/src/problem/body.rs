@@ -283,6 +283,43 @@ impl Body {
         &self.jumps
     }
 
+    /// The size of the body and of each region along its axes, with the law of the region and its
+    /// Poisson's ratio, in lines for people.
+    pub fn description(&self) -> Vec<String> {
+        let problem = self.solver.problem();
+        let mesh = &problem.mesh;
+        let size = |nodes: &[u32]| {
+            let sides = (0..self.axes.len()).map(|d| {
+                let along = nodes.iter().map(|&node| mesh.points[node as usize][d]);
+                let [low, high] = along
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                        [low.min(x), high.max(x)]
+                    });
+                format!("{:.4}", 1e3 * (high - low))
+            });
+            let axes = self.axes.iter().map(|&axis| letter(axis));
+            format!(
+                "{} mm ({})",
+                sides.collect::<Vec<_>>().join(" x "),
+                axes.collect::<Vec<_>>().join(", ")
+            )
+        };
+        let all: Vec<u32> = (0..mesh.points.len() as u32).collect();
+        let mut lines = vec![format!("body: {}", size(&all))];
+        for (number, region) in mesh.regions.iter().enumerate() {
+            let nodes = mesh.nodes_of_region(region).unwrap_or_default();
+            let material = &problem.materials[number];
+            lines.push(format!(
+                "region \"{region}\": {}, {}, shear modulus {:.4} kPa, Poisson's ratio {:.4}",
+                size(&nodes),
+                material.law().name(),
+                1e-3 * material.law().shear_modulus(),
+                material.poisson_ratio()
+            ));
+        }
+        lines
+    }
+
     /// Numbers of unknowns and cells.
     pub fn size(&self) -> [usize; 2] {
         let cells = self.solver.problem().mesh.cell_count();
@@ -427,17 +464,22 @@ impl Body {
         vectors("force", &mut touched(file), &quantity::FORCE);
         vectors(
             "reaction",
-            &mut file.output.reactions.iter(),
+            &mut file.output.reactions.iter().map(|group| &group.name),
             &quantity::FORCE,
         );
         vectors(
             "displacement",
-            &mut file.output.displacements.iter(),
+            &mut file.output.displacements.iter().map(|group| &group.name),
             &quantity::LENGTH,
         );
         for name in touched(file) {
-            let name = format!("{name}_contact_area");
-            columns.push(column(&name, &quantity::AREA));
+            for (what, dimension) in [
+                ("contact_area", &quantity::AREA),
+                ("deformed_contact_area", &quantity::AREA),
+                ("greatest_pressure", &quantity::STRESS),
+            ] {
+                columns.push(column(&format!("{name}_{what}"), dimension));
+            }
         }
         let turns = turns(self.solver.problem().kinematics, &self.axes);
         for rigid in &file.rigid {
@@ -610,14 +652,9 @@ impl Body {
             values.extend_from_slice(&moved[..components]);
         }
         for (probe, contact) in probes.iter().zip(&problem.contacts) {
-            let least = contact.least_pressure();
-            let pressed = probe.pressures.iter().zip(&probe.areas);
-            let pressed = pressed.filter(|(pressure, _)| **pressure > least);
-            values.push(
-                pressed
-                    .map(|(_, area)| depth * area)
-                    .fold(0.0, |sum, area| sum + area),
-            );
+            let areas = probe.touching(contact.least_pressure());
+            values.extend(areas.map(|area| depth * area));
+            values.push(probe.greatest_pressure());
         }
         self.add_rigid_bodies(&assembled, &mut values);
         for (number, cavity) in file.cavity.iter().enumerate() {
@@ -648,7 +685,7 @@ impl Body {
 
     /// The body at the present state as an unstructured grid of VTK, which ParaView reads: the
     /// undeformed mesh with the displacement of each node in m, its Cauchy stress (xx, yy, zz, xy,
-    /// yz, xz), von Mises and mean stress in Pa.
+    /// yz, xz), von Mises and mean stress, and where there are contacts their pressure, in Pa.
     ///
     /// # Errors
     /// [`OutputError`]; never of a body that was solved.
@@ -663,6 +700,11 @@ impl Body {
             .point_field("cauchy_stress_pa", 6, stress.as_flattened())?
             .point_field("von_mises_pa", 1, &mises)?
             .point_field("mean_stress_pa", 1, &mean)?;
+        let grid = if problem.contacts.is_empty() {
+            grid
+        } else {
+            grid.point_field("contact_pressure_pa", 1, &self.solver.contact_pressure())?
+        };
         Ok(grid.text(Encoding::Base64))
     }
 

@@ -7,7 +7,9 @@ use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::assembly::surfaces::tie;
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
-use taxel_fem::mesh::quality::{Quality, hinges};
+use taxel_fem::mesh::neighbours;
+use taxel_fem::mesh::quality::{Quality, hinges, is_curved};
+use taxel_fem::mesh::sight::void_between;
 use taxel_fem::mesh::{Facet, Mesh, MeshError};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
@@ -17,6 +19,7 @@ use super::description::{
     self, Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial,
     Shape,
 };
+use super::group::{Group, select};
 use taxel_ground::InputError;
 use taxel_ground::quantity::{self, AnyQuantity, Dimension};
 use taxel_ground::toml_input;
@@ -35,7 +38,10 @@ const DRIVEN_INTO: f64 = 0.1;
 /// A point lies on the axis of revolution within this share of the greatest radius.
 const ON_AXIS: f64 = 1e-9;
 /// Sizes of a body, m, beyond which a note asks for the unit of the mesh.
-const USUAL_SIZES: [f64; 2] = [10e-6, 1.0];
+const USUAL_SIZES: [f64; 2] = [10e-6, 10.0];
+
+/// What to do where a mesh has no group of the kind that is needed.
+const NO_GROUP: &str = "the mesh names none of its parts: make it a physical group in Gmsh, or select it by place, such as { plane = { axis = \"z\", at = \"2 mm\" } }";
 
 /// A mistake at a key of the problem file: its path, the message, what to do.
 pub(super) struct Wrong {
@@ -92,7 +98,7 @@ pub(super) fn mesh(file: &ProblemFile, name: &str, bytes: &[u8]) -> Result<Drawi
     Ok(drawing)
 }
 
-pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong> {
+pub(super) fn build(file: &ProblemFile, mut drawing: Drawing) -> Result<Built, Wrong> {
     if file.schema != 1 {
         let message = format!(
             "schema {} is not known; this program reads schema 1",
@@ -108,15 +114,28 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
         Geometry::Axisymmetric => Kinematics::Axisymmetric,
         Geometry::Solid => Kinematics::Solid,
     };
+    select(file, &mut drawing.mesh, &drawing.axes)?;
     let mut quality = Quality::of(&drawing.mesh);
-    let apart = cuts::parted(file, &drawing.mesh);
-    quality.coincident.retain(|pair| !apart(*pair));
+    let meetings = cuts::Meetings::of(file, &drawing.mesh);
+    quality.coincident.retain(|pair| !meetings.are_nodes(*pair));
     let mut notes = Vec::new();
     if let (true, Err(error)) = (quality.inverted.is_empty(), quality.require(&drawing.mesh)) {
         notes.push(told(error, MeshError::scale));
     } else if let Err(error) = quality.require(&drawing.mesh) {
+        let mut bad = quality.inverted.iter();
+        let help = if bad.any(|bad| is_curved(&drawing.mesh, bad.cell)) {
+            "the sides of such a cell are bent too far: optimise the mesh (in Gmsh: Mesh.HighOrderOptimize = 2), save it in first order (Mesh.ElementOrder = 1), or make the cells there smaller"
+        } else {
+            "mend the mesh"
+        };
         let message = told(error, MeshError::scale);
-        return Err(wrong("mesh.file", message, "mend the mesh"));
+        return Err(wrong("mesh.file", message, help));
+    }
+    if drawing.turned > 0 {
+        notes.push(format!(
+            "{} cells are given inside out, and were turned",
+            drawing.turned
+        ));
     }
     notes.extend(hinge(&drawing.mesh));
     notes.extend(unusual_size(&drawing.mesh));
@@ -154,6 +173,8 @@ pub(super) fn build(file: &ProblemFile, drawing: Drawing) -> Result<Built, Wrong
     builder.contacts()?;
     builder.ties()?;
     builder.folds()?;
+    builder.joined_or_apart()?;
+    builder.voids_between_electrodes();
     builder.rules()?;
     builder.names()?;
     let (steps, dimensions) = builder.steps()?;
@@ -359,13 +380,8 @@ impl Builder<'_> {
                 let help = "use constants of a stable law";
                 wrong(format!("material.{number}.law"), message, help)
             }
-            Error::NotFixed(part) => {
-                let twice = Quality::of(mesh).coincident;
-                let help = if part.region.is_some() && !twice.is_empty() {
-                    "hold a surface, a curve or a point of that part along that direction; or give the two nodes that lie at one place one number, if the part is to hang on the rest"
-                } else {
-                    "hold a surface, a curve or a point along that direction"
-                };
+            Error::NotFixed(_) => {
+                let help = "hold a surface, a curve or a point along that direction; or let the part stick by common nodes or a [[tie]]";
                 wrong("support", message, help)
             }
             Error::Contradiction {
@@ -450,8 +466,7 @@ impl Builder<'_> {
         let Some(number) = drivers.iter().position(|driver| driver.name == name) else {
             let known: Vec<&str> = drivers.iter().map(|driver| driver.name.as_str()).collect();
             let message = format!("there is no parameter \"{name}\"");
-            let help = format!("give one of: {}", known.join(", "));
-            return Err(wrong(key, message, &help));
+            return Err(wrong(key, message, &one_of(&known, "add a [[parameter]]")));
         };
         match &self.uses[number] {
             Some((known, first)) if *known != dimension => {
@@ -502,11 +517,8 @@ impl Builder<'_> {
             .position(|known| known == name)
             .ok_or_else(|| {
                 let message = format!("the mesh has no region \"{name}\"");
-                wrong(
-                    key,
-                    message,
-                    &format!("give one of: {}", regions.join(", ")),
-                )
+                let known: Vec<&str> = regions.iter().map(String::as_str).collect();
+                wrong(key, message, &one_of(&known, NO_GROUP))
             })
     }
 
@@ -534,11 +546,7 @@ impl Builder<'_> {
         }
         let known: Vec<&str> = self.mesh().surfaces.keys().map(String::as_str).collect();
         let message = format!("the mesh has no surface \"{name}\"");
-        Err(wrong(
-            key,
-            message,
-            &format!("give one of: {}", known.join(", ")),
-        ))
+        Err(wrong(key, message, &one_of(&known, NO_GROUP)))
     }
 
     /// A surface that has the body on one side only, as what presses on it needs.
@@ -567,7 +575,7 @@ impl Builder<'_> {
         let names = mesh.surfaces.keys().chain(mesh.node_sets.keys());
         let known: Vec<&str> = names.map(String::as_str).collect();
         let message = format!("the mesh has no surface, curve or point \"{name}\"");
-        wrong(key, message, &format!("give one of: {}", known.join(", ")))
+        wrong(key, message, &one_of(&known, NO_GROUP))
     }
 
     /// Component of displacement along an axis of the file.
@@ -652,11 +660,7 @@ impl Builder<'_> {
                 let names = mesh.surfaces.keys().chain(mesh.node_sets.keys());
                 let known: Vec<&str> = names.chain(&mesh.regions).map(String::as_str).collect();
                 let message = format!("the mesh has no surface, curve or region \"{}\"", rigid.on);
-                wrong(
-                    format!("{key}.on"),
-                    message,
-                    &format!("give one of: {}", known.join(", ")),
-                )
+                wrong(format!("{key}.on"), message, &one_of(&known, NO_GROUP))
             })?;
             let components = self.axes.len();
             // The six motions: none where nothing names them.
@@ -1168,7 +1172,7 @@ impl Builder<'_> {
         })
     }
 
-    fn two_surfaces(&self, names: &[String; 2], key: &str) -> Result<[Vec<Facet>; 2], Wrong> {
+    fn two_surfaces(&self, names: &[Group; 2], key: &str) -> Result<[Vec<Facet>; 2], Wrong> {
         let surface = |at: usize| self.outer_surface(&names[at], &format!("{key}.surfaces.{at}"));
         Ok([surface(0)?, surface(1)?])
     }
@@ -1271,6 +1275,91 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Refuses cells that fill one place, and surfaces that lie on each other with nothing that joins
+    /// them or keeps them apart.
+    fn joined_or_apart(&self) -> Result<(), Wrong> {
+        let mesh = self.mesh();
+        let meetings = cuts::Meetings::of(self.file, mesh);
+        let boundary: Vec<Facet> = mesh.boundary();
+        let mut pairs = neighbours::abutting(mesh, &boundary);
+        pairs.retain(|pair| !meetings.are_facets(mesh, *pair));
+        if let Some(&[first, second]) = pairs.first() {
+            let [one, other] = [first, second].map(|facet| self.called(facet));
+            let message = format!(
+                "{one} and {other} lie on each other near {} without common nodes ({} pairs of sides in all), and nothing joins them or keeps them apart",
+                in_mm(middle(mesh, first)),
+                pairs.len()
+            );
+            let help = "add a [[tie]] of the two surfaces if they stick, a [[contact]] if they may part or slide, or mesh them with common nodes (in Gmsh: BooleanFragments before meshing, or Coherence Mesh where the nodes coincide)";
+            return Err(wrong("mesh.file", message, help));
+        }
+        let Some(overlap) = neighbours::overlap(mesh, |cells| meetings.are_cells(mesh, cells))
+        else {
+            return Ok(());
+        };
+        let region = |cell: u32| &mesh.regions[mesh.region_of(cell as usize)];
+        let [one, other] = overlap.cells.map(region);
+        let message = format!(
+            "cells of {} fill one place near {}, {:.4} mm deep in each other ({} pairs of cells in all): what is there would count twice",
+            if one == other {
+                format!("region \"{one}\"")
+            } else {
+                format!("regions \"{one}\" and \"{other}\"")
+            },
+            in_mm(overlap.place),
+            1e3 * overlap.depth,
+            overlap.pairs
+        );
+        let help = "cut one out of the other before meshing (in Gmsh: BooleanFragments or BooleanDifference), or move them apart";
+        Err(wrong("mesh.file", message, help))
+    }
+
+    /// Notes of electrodes that see each other through what is not meshed, where no field is solved.
+    fn voids_between_electrodes(&mut self) {
+        let Some(asked) = &self.file.capacitance else {
+            return;
+        };
+        let mesh = self.mesh();
+        let facets = |group: &Group| {
+            let region = mesh.sides_of_region(group);
+            region.or_else(|| mesh.surfaces.get(group.as_str()).cloned())
+        };
+        let conductors = asked.electrodes.iter().chain(&asked.ground);
+        let conductors: Vec<_> = conductors
+            .filter_map(|group| Some((group, facets(group)?)))
+            .collect();
+        let mut notes = Vec::new();
+        for (at, (one, from)) in conductors.iter().enumerate() {
+            for (other, to) in &conductors[..at] {
+                let grounds = [one, other].map(|group| asked.ground.contains(group));
+                let Some(void) = void_between(mesh, from, to).filter(|_| grounds != [true; 2])
+                else {
+                    continue;
+                };
+                notes.push(format!(
+                    "capacitance: \"{other}\" and \"{one}\" see each other through {:.4} mm that is not meshed, near {}, on {:.0} % of the lines between them; the field there is left out, so that their capacitance comes out too small and may change the wrong way; mesh it as a region of permittivity 1 and of a very soft solid",
+                    1e3 * void.length,
+                    in_mm(void.place),
+                    100.0 * void.share
+                ));
+            }
+        }
+        self.notes.extend(notes);
+    }
+
+    /// A surface that a facet belongs to, or else its region, in words.
+    fn called(&self, facet: Facet) -> String {
+        let mesh = self.mesh();
+        let mut surfaces = mesh.surfaces.iter();
+        match surfaces.find(|(_, facets)| facets.contains(&facet)) {
+            Some((name, _)) => format!("surface \"{name}\""),
+            None => format!(
+                "a side of region \"{}\"",
+                mesh.regions[mesh.region_of(facet.cell as usize)]
+            ),
+        }
+    }
+
     fn shape(&self, shape: &Shape, key: &str) -> Result<solid::Shape, Wrong> {
         let unit = |vector: [f64; 3], key: String| {
             let inside = self.inside(vector);
@@ -1371,7 +1460,7 @@ impl Builder<'_> {
                     else {
                         let known: Vec<&str> = cavities.iter().map(|c| c.name.as_str()).collect();
                         let message = format!("there is no cavity \"{}\"", of.of);
-                        let help = format!("give one of: {}", known.join(", "));
+                        let help = one_of(&known, "add a [[cavity]]");
                         return Err(wrong(format!("{key}.volume.of"), message, &help));
                     };
                     (solid::Quantity::Volume(cavity), &quantity::VOLUME)
@@ -1446,8 +1535,7 @@ impl Builder<'_> {
             {
                 let known: Vec<&str> = self.file.cavity.iter().map(|c| c.name.as_str()).collect();
                 let message = format!("there is no cavity \"{}\"", channel.cavity);
-                let help = format!("give one of: {}", known.join(", "));
-                return Err(wrong(key, message, &help));
+                return Err(wrong(key, message, &one_of(&known, "add a [[cavity]]")));
             }
         }
         Ok(())
@@ -1487,7 +1575,8 @@ impl Builder<'_> {
         electrodes.extend((!ground.is_empty()).then(|| ground.concat()));
         let fills = capacitance.dielectric.iter().flat_map(|part| &part.regions);
         let fills: Vec<&str> = fills.map(String::as_str).collect();
-        let conductors: Vec<&String> = lists.iter().flat_map(|(_, names)| *names).collect();
+        let conductors = lists.iter().flat_map(|(_, names)| *names);
+        let conductors: Vec<&String> = conductors.map(|group| &group.name).collect();
         let known =
             |region: &&String| fills.contains(&region.as_str()) || conductors.contains(region);
         if let Some(region) = self.mesh().regions.iter().find(|region| !known(region)) {
@@ -1561,6 +1650,22 @@ impl Builder<'_> {
     }
 }
 
+/// What to do where a name is not known: take one that is, or what `none` says where there is none.
+pub(super) fn one_of(known: &[&str], none: &str) -> String {
+    match known {
+        [] => none.to_owned(),
+        known => format!("give one of: {}", known.join(", ")),
+    }
+}
+
+/// Where a facet is on the mean of its nodes.
+fn middle(mesh: &Mesh, facet: Facet) -> [f64; 3] {
+    let count = mesh.facet_nodes(facet).count() as f64;
+    mesh.facet_nodes(facet).fold([0.0; 3], |sum, node| {
+        std::array::from_fn(|d| sum[d] + mesh.points[node as usize][d] / count)
+    })
+}
+
 /// Component of a mesh along an axis of its file.
 pub(super) fn component(axes: &[usize], axis: usize) -> Option<usize> {
     axes.iter().position(|&known| known == axis)
@@ -1593,6 +1698,10 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
             let message = "Poisson's ratio says how a linear_elastic solid gives way";
             let help = "leave compressibility out";
             return Err(wrong(format!("{key}.compressibility"), message, help));
+        }
+        (Law::LinearElastic(_), None) if material.auxetic.is_some() => {
+            let message = "Poisson's ratio says itself whether a linear_elastic solid is auxetic";
+            return Err(wrong(format!("{key}.auxetic"), message, "leave it out"));
         }
         (Law::LinearElastic(solid), None) => {
             return Material::linear_elastic(solid.young_modulus, solid.poisson_ratio)
@@ -1641,4 +1750,25 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
                 "give other constants",
             )
         })
+        .and_then(|solid| as_meant(material, solid, key))
+}
+
+/// Refuses a solid that grows wider when it is stretched, unless the file says so: moduli in two units
+/// look like that.
+fn as_meant(material: &RegionMaterial, solid: Material, key: &str) -> Result<Material, Wrong> {
+    let ratio = solid.poisson_ratio();
+    let auxetic = material.auxetic == Some(true);
+    if auxetic == (ratio < 0.0) {
+        return Ok(solid);
+    }
+    if auxetic {
+        let message = format!("Poisson's ratio is {ratio:.4}: the solid is not auxetic");
+        return Err(wrong(format!("{key}.auxetic"), message, "leave it out"));
+    }
+    let message = format!(
+        "Poisson's ratio is {ratio:.4}: with a bulk modulus below two thirds of the shear modulus, {:.4} kPa, the solid grows wider when it is stretched",
+        1e-3 * solid.law().shear_modulus()
+    );
+    let help = "compare the units of the moduli; a solid that is meant so says auxetic = true";
+    Err(wrong(format!("{key}.compressibility"), message, help))
 }

@@ -7,6 +7,7 @@ use taxel_fem::mesh::{Facet, Mesh, Parts};
 use taxel_fem::problem::{self as solid, Kinematics};
 
 use super::description::ProblemFile;
+use super::group::Group;
 
 /// A wall has an opening across an axis if its volume changes by more than this share as its origin
 /// moves by its extent.
@@ -111,19 +112,79 @@ pub(super) fn isolated(
     roots.iter().position(alone)
 }
 
-/// If two nodes lie on the two surfaces of one contact or tie of the file: where those begin in touch, the
-/// nodes of both are meant to lie at one place.
-pub(super) fn parted(file: &ProblemFile, mesh: &Mesh) -> impl Fn([u32; 2]) -> bool + use<> {
-    let contacts = file.contact.iter().map(|contact| &contact.surfaces);
-    let pairs = contacts.chain(file.tie.iter().map(|tie| &tie.surfaces));
-    let nodes = |name: &String| HashSet::from_iter(mesh.nodes_of(name).unwrap_or_default());
-    let sides: Vec<[HashSet<u32>; 2]> = pairs
-        .map(|names| [nodes(&names[0]), nodes(&names[1])])
-        .collect();
-    move |[one, other]| {
-        sides.iter().any(|[first, second]| {
-            let meets = |a, b| first.contains(&a) && second.contains(&b);
-            meets(one, other) || meets(other, one)
+/// What the file says of parts that meet without common nodes: surfaces of contacts and ties, periodic
+/// ones, and rigid bodies.
+pub(super) struct Meetings {
+    /// Nodes of the two surfaces of each; those of a rigid body are both.
+    sides: Vec<[HashSet<u32>; 2]>,
+    /// Nodes whose cells may be in each other there, which what meets has to settle: those of the
+    /// surfaces, and of a contact those of the two bodies.
+    within: Vec<[HashSet<u32>; 2]>,
+}
+
+impl Meetings {
+    pub(super) fn of(file: &ProblemFile, mesh: &Mesh) -> Self {
+        let contacts = file.contact.iter().map(|contact| &contact.surfaces);
+        let ties = file.tie.iter().map(|tie| &tie.surfaces);
+        let constraints = file.constraint.iter();
+        let periodic = constraints.filter_map(|one| one.periodic.as_ref());
+        let nodes = |name: &str| -> HashSet<u32> {
+            let nodes = mesh.nodes_of(name).or_else(|| mesh.nodes_of_region(name));
+            nodes.unwrap_or_default().into_iter().collect()
+        };
+        let of_pair = |names: &[Group; 2]| [nodes(&names[0]), nodes(&names[1])];
+        let rigid = file
+            .rigid
+            .iter()
+            .map(|rigid| [nodes(&rigid.on), nodes(&rigid.on)]);
+        let stuck = ties.chain(periodic).map(of_pair).chain(rigid);
+        let mut sides: Vec<_> = contacts.map(of_pair).collect();
+        let mut parts = Parts::of_cells(mesh, |_| true);
+        let roots: Vec<u32> = (0..mesh.points.len() as u32)
+            .map(|node| parts.root(node))
+            .collect();
+        let body = |side: &HashSet<u32>| -> HashSet<u32> {
+            let there: HashSet<u32> = side.iter().map(|&node| roots[node as usize]).collect();
+            let all = 0..mesh.points.len() as u32;
+            all.filter(|&node| there.contains(&roots[node as usize]))
+                .collect()
+        };
+        let mut within: Vec<_> = sides
+            .iter()
+            .map(|pair| [body(&pair[0]), body(&pair[1])])
+            .collect();
+        for pair in stuck {
+            within.push(pair.clone());
+            sides.push(pair);
+        }
+        Self { sides, within }
+    }
+
+    fn meet(pairs: &[[HashSet<u32>; 2]], on: impl Fn(&HashSet<u32>, usize) -> bool) -> bool {
+        let mut pairs = pairs.iter();
+        pairs.any(|[first, second]| on(first, 0) && on(second, 1) || on(first, 1) && on(second, 0))
+    }
+
+    /// True if two nodes lie on the two sides: where those begin in touch, the nodes of both are meant
+    /// to lie at one place.
+    pub(super) fn are_nodes(&self, nodes: [u32; 2]) -> bool {
+        Self::meet(&self.sides, |side, which| side.contains(&nodes[which]))
+    }
+
+    /// True if two facets lie on the two sides.
+    pub(super) fn are_facets(&self, mesh: &Mesh, facets: [Facet; 2]) -> bool {
+        Self::meet(&self.sides, |side, which| {
+            let mut nodes = mesh.facet_nodes(facets[which]);
+            nodes.all(|node| side.contains(&node))
+        })
+    }
+
+    /// True if two cells reach to the two sides: how deep those are in each other is the matter of
+    /// what joins them or keeps them apart.
+    pub(super) fn are_cells(&self, mesh: &Mesh, cells: [u32; 2]) -> bool {
+        Self::meet(&self.within, |side, which| {
+            let mut nodes = mesh.cell(cells[which] as usize).iter();
+            nodes.any(|node| side.contains(node))
         })
     }
 }
@@ -134,7 +195,7 @@ pub(super) fn stopped(
     file: &ProblemFile,
     mesh: &Mesh,
     surfaces: &[Vec<Facet>; 2],
-    names: &[String; 2],
+    names: &[Group; 2],
 ) -> Option<String> {
     let beside = |surface: &Vec<Facet>, regions: &dyn Fn(&str) -> bool| {
         surface
@@ -145,14 +206,11 @@ pub(super) fn stopped(
         |regions: &dyn Fn(&str) -> bool| surfaces.iter().all(|surface| beside(surface, regions));
     let capacitance = file.capacitance.as_ref().filter(|asked| {
         let lists = [&asked.electrodes, &asked.ground, &asked.floating];
-        let ends = |name: &String| lists.iter().any(|list| list.contains(name));
+        let ends = |name: &Group| lists.iter().any(|list| list.contains(name));
         let filled = |region: &str| {
-            let named = |name: &String| name == region;
-            asked
-                .dielectric
-                .iter()
-                .any(|part| part.regions.iter().any(named))
-                || lists.iter().any(|list| list.iter().any(named))
+            let mut fills = asked.dielectric.iter().flat_map(|part| &part.regions);
+            let mut conducts = lists.iter().copied().flatten();
+            fills.any(|name| name == region) || conducts.any(|group| group.name == region)
         };
         !names.iter().all(ends) && both(&filled)
     });

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
+use super::group::Group;
 use taxel::mechanics::{LinearElastic, MooneyRivlin};
 use taxel_ground::quantity::{
     self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
@@ -11,10 +12,10 @@ use taxel_ground::quantity::{
 };
 
 /// Two names, no more and no fewer.
-fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 2], D::Error> {
+fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[Group; 2], D::Error> {
     Vec::deserialize(deserializer)?
         .try_into()
-        .map_err(|names: Vec<String>| {
+        .map_err(|names: Vec<Group>| {
             let found = names.len();
             D::Error::custom(format!("the list has {found} names; exactly 2 are needed"))
         })
@@ -22,7 +23,7 @@ fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 2], D::Er
 
 fn optional_pair<'de, D: Deserializer<'de>>(
     deserializer: D,
-) -> Result<Option<[String; 2]>, D::Error> {
+) -> Result<Option<[Group; 2]>, D::Error> {
     pair(deserializer).map(Some)
 }
 
@@ -132,6 +133,9 @@ pub struct RegionMaterial {
     pub law: Law,
     /// Resistance to a change of volume; not for `linear_elastic`, whose Poisson's ratio says it.
     pub compressibility: Option<Compressibility>,
+    /// `true`: Poisson's ratio is below zero and meant so, as of some foams. Without it a solid whose
+    /// moduli say so is refused, because it is usually a slip of units.
+    pub auxetic: Option<bool>,
 }
 
 /// Law of a solid; the key names the model.
@@ -246,7 +250,7 @@ pub enum Prescribed {
 #[serde(deny_unknown_fields)]
 pub struct PointAlong {
     /// Physical group of one point.
-    pub at: String,
+    pub at: Group,
     /// Axis of the displacement.
     pub along: Axis,
 }
@@ -288,7 +292,7 @@ impl Axis {
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// Physical group: a surface (in the plane a curve), a curve or a point.
-    pub on: String,
+    pub on: Group,
     /// Axes along which it does not move.
     #[serde(default)]
     pub held: Vec<Axis>,
@@ -324,7 +328,7 @@ pub struct Rigid {
     /// Name, for the table.
     pub name: String,
     /// Physical group: a surface (in the plane a curve), a curve or a region.
-    pub on: String,
+    pub on: Group,
     /// The point about which it turns: x, y and z before it moves, m; the mean of its nodes if
     /// left out.
     #[serde(
@@ -352,7 +356,7 @@ pub struct Constraint {
     /// Physical groups of two surfaces with the same mesh, one shifted from the other: each point
     /// of the second moves as the one of the first opposite to it.
     #[serde(default, deserialize_with = "optional_pair")]
-    pub periodic: Option<[String; 2]>,
+    pub periodic: Option<[Group; 2]>,
     /// A surface whose mean displacement along an axis is given.
     pub mean: Option<MeanAlong>,
     /// A point that follows others along an axis.
@@ -370,7 +374,7 @@ pub struct Constraint {
 #[serde(deny_unknown_fields)]
 pub struct MeanAlong {
     /// Physical group: a surface (in the plane a curve).
-    pub on: String,
+    pub on: Group,
     /// Axis of the displacement.
     pub along: Axis,
 }
@@ -380,7 +384,7 @@ pub struct MeanAlong {
 #[serde(deny_unknown_fields)]
 pub struct Term {
     /// Physical group of one point.
-    pub at: String,
+    pub at: Group,
     /// Axis of the displacement.
     pub along: Axis,
     /// Its factor.
@@ -394,7 +398,7 @@ pub struct Term {
 #[serde(deny_unknown_fields)]
 pub struct Load {
     /// Physical group: a surface (in the plane a curve); for a force also a curve or a point.
-    pub on: String,
+    pub on: Group,
     /// Parameter of a pressure that stays normal to the deformed surface, pressing positive.
     pub pressure: Option<String>,
     /// A force of fixed direction, spread evenly over the undeformed surface.
@@ -408,7 +412,7 @@ pub struct Obstacle {
     /// Name, for the table.
     pub name: String,
     /// Physical group: the surface of the body that may touch it.
-    pub surface: String,
+    pub surface: Group,
     /// Shape, before it moves.
     pub shape: Shape,
     /// Its motion.
@@ -514,7 +518,7 @@ pub struct Contact {
     /// Physical groups of the two surfaces, the one with the finer mesh first; the same one twice
     /// for a surface that touches itself, such as the wall of a channel.
     #[serde(deserialize_with = "pair")]
-    pub surfaces: [String; 2],
+    pub surfaces: [Group; 2],
     /// Coefficient of friction (Coulomb); 0 without.
     #[serde(deserialize_with = "quantity::one::<Ratio, _>")]
     #[schemars(with = "Checked<Ratio>")]
@@ -524,8 +528,8 @@ pub struct Contact {
     #[schemars(with = "Option<Checked<PositiveLength>>")]
     pub overlap: Option<f64>,
     /// Overlap beyond which two points do not meet any more, m: less than the thickness of a body
-    /// at a surface that touches itself. If left out, the mean side of a cell there for a surface
-    /// with itself, else ten sides.
+    /// at a surface that touches itself. If left out, ten times the mean side of a cell there; for a
+    /// surface with itself one side, or half of the thickness of the body where that is less.
     #[serde(default, deserialize_with = "quantity::some::<PositiveLength, _>")]
     #[schemars(with = "Option<Checked<PositiveLength>>")]
     pub reach: Option<f64>,
@@ -538,7 +542,7 @@ pub struct Tie {
     /// Physical groups of the two surfaces, the one with the finer mesh first. The second has to
     /// cover the first, within 0.1 of the mean side of a cell.
     #[serde(deserialize_with = "pair")]
-    pub surfaces: [String; 2],
+    pub surfaces: [Group; 2],
 }
 
 /// A cavity in or under the body.
@@ -549,7 +553,7 @@ pub struct Cavity {
     pub name: String,
     /// Physical groups: the surfaces around it. What they leave open must lie across another axis
     /// than `along`, or be a cut that a support holds along it, or else at 0.
-    pub wall: Vec<String>,
+    pub wall: Vec<Group>,
     /// Axis along which the volume is integrated; the last one of the mesh if left out.
     pub along: Option<Axis>,
     /// Parameter of the pressure inside; without it the cavity is vented.
@@ -565,13 +569,13 @@ pub struct Cavity {
 #[serde(deny_unknown_fields)]
 pub struct Capacitance {
     /// Electrodes: physical groups. A region is a conductor throughout.
-    pub electrodes: Vec<String>,
+    pub electrodes: Vec<Group>,
     /// Physical groups at zero: ground, or planes of odd symmetry.
     #[serde(default)]
-    pub ground: Vec<String>,
+    pub ground: Vec<Group>,
     /// Physical groups of conductors without charge.
     #[serde(default)]
-    pub floating: Vec<String>,
+    pub floating: Vec<Group>,
     /// What is between the electrodes.
     pub dielectric: Vec<Dielectric>,
 }
@@ -595,9 +599,9 @@ pub struct Resistance {
     /// Name, for the table.
     pub name: String,
     /// Physical group where the current enters.
-    pub from: String,
+    pub from: Group,
     /// Physical group where it leaves.
-    pub to: String,
+    pub to: Group,
     /// Regions that conduct.
     pub conductor: Vec<Conductor>,
 }
@@ -636,10 +640,10 @@ pub struct Channel {
 pub struct Output {
     /// Physical groups of whose supports the table shows the forces on the body.
     #[serde(default)]
-    pub reactions: Vec<String>,
+    pub reactions: Vec<Group>,
     /// Physical groups of points whose displacements the table shows.
     #[serde(default)]
-    pub displacements: Vec<String>,
+    pub displacements: Vec<Group>,
 }
 
 /// The picture of the deformed body.

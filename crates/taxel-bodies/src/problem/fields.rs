@@ -8,6 +8,7 @@ use taxel_fem::field::laplace::{Coefficient, Domain, MeshMotion};
 use taxel_fem::solver::newton::Solver;
 
 use super::description::{Capacitance, Geometry, ProblemFile, Resistance};
+use super::group::Group;
 
 /// The domain of the fields: the body in its present shape.
 fn domain<'a>(file: &ProblemFile, solver: &'a Solver) -> Domain<'a> {
@@ -23,8 +24,8 @@ fn domain<'a>(file: &ProblemFile, solver: &'a Solver) -> Domain<'a> {
     }
 }
 
-fn names(list: &[String]) -> Vec<&str> {
-    list.iter().map(String::as_str).collect()
+fn names(list: &[Group]) -> Vec<&str> {
+    list.iter().map(|group| group.as_str()).collect()
 }
 
 /// The capacitances between each two electrodes, row by row, and of each to ground, F.

@@ -9,6 +9,7 @@ mod build;
 mod cuts;
 mod description;
 mod fields;
+mod group;
 mod picture;
 mod saved;
 
@@ -19,6 +20,7 @@ pub use description::{
     Output, Picture, Plane, PlaneStrain, PointAlong, Prescribed, ProblemFile, Punch,
     RegionMaterial, Resistance, Shape, SolverOptions, Sphere, Support, Tie, Yeoh,
 };
+pub use group::{Group, Selection};
 pub use saved::SavedError;
 
 use taxel_ground::InputError;

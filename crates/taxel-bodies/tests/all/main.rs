@@ -25,3 +25,4 @@ mod p4_local;
 mod path_table;
 mod problem;
 mod solved_drawings;
+mod stranger_meshes;

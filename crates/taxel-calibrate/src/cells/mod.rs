@@ -20,6 +20,7 @@ use crate::synthetic::{triangle, truth};
 use crate::table_checks::follows;
 use taxel::InputError;
 use taxel::acquisition::Quantity;
+use taxel::electronics::LastStage;
 use taxel::mechanics::LoadHistory;
 use taxel::predict::LoadColumn;
 use taxel::quantity as unit;
@@ -36,10 +37,13 @@ columns! {
     NUMBER = number(TAXEL, [0.0, 65535.0], "which cell, row by row from 0; without it the middle one");
     PRESSURE = quantity("pressure", &unit::STRESS, 1e9, "on the pitch of that cell alone");
     FORCE_Z = quantity("force_z", &unit::FORCE, 1e6, "pressing force on the pitch of that cell, in place of the pressure");
-    COUNTS = number("counts", [0.0, 4294967295.0], "of the converter, of that cell's channel");
+    COUNTS = number("counts", [-4294967295.0, 4294967295.0], "of the board, of that cell's channel");
     VOLTAGE = quantity("voltage", &unit::VOLTAGE, 1e6, "at the converter, in place of the counts");
+    CAPACITANCE = size("capacitance", &unit::CAPACITANCE, 1.0, "of a board that gives capacitances");
     RESISTANCE = size("resistance", &unit::RESISTANCE, 1e18, "of a board that gives resistances");
     PORT_PRESSURE = quantity("port_pressure", &unit::STRESS, 1e9, "of a board that gives pressures");
+    COUNTS_DEVIATION = number("counts_deviation", [0.0, 4294967295.0], "standard deviation of the counts");
+    CAPACITANCE_DEVIATION = size("capacitance_deviation", &unit::CAPACITANCE, 1.0, "standard deviation of the capacitance");
     VOLTAGE_DEVIATION = size("voltage_deviation", &unit::VOLTAGE, 1e6, "standard deviation of the voltage");
     RESISTANCE_DEVIATION = size("resistance_deviation", &unit::RESISTANCE, 1e18, "standard deviation of the resistance");
     PORT_DEVIATION = size("port_pressure_deviation", &unit::STRESS, 1e9, "standard deviation of the pressure");
@@ -175,6 +179,10 @@ impl<'a> CellsCalibrator<'a> {
     /// Column of the readings and of their deviation, and its unit in a table.
     fn column(&self) -> (usize, usize, &'static str) {
         match self.chain.last.unit().quantity {
+            Quantity::Counts if matches!(self.chain.last, LastStage::Instrument(_)) => {
+                (COUNTS, COUNTS_DEVIATION, "counts")
+            }
+            Quantity::Capacitance => (CAPACITANCE, CAPACITANCE_DEVIATION, "capacitance [F]"),
             Quantity::Resistance => (RESISTANCE, RESISTANCE_DEVIATION, "resistance [ohm]"),
             Quantity::Pressure => (PORT_PRESSURE, PORT_DEVIATION, "port_pressure [Pa]"),
             _ => (VOLTAGE, VOLTAGE_DEVIATION, "voltage [V]"),
@@ -366,7 +374,13 @@ impl DeviceModel for CellsCalibrator<'_> {
         let parameter = |(part, drawn): (PartParameter, f64)| Parameter {
             unit: part.unit,
             bounds: part.bounds,
-            size: MATTERS * if drawn == 0.0 { 1.0 } else { drawn.abs() },
+            size: MATTERS
+                * match part.bounds {
+                    // Of an offset its range says what matters, and not where it lies.
+                    [low, high] if low < 0.0 && high > 0.0 => 0.5 * (high - low),
+                    _ if drawn == 0.0 => 1.0,
+                    _ => drawn.abs(),
+                },
             // What is known of the make is known before the readings.
             prior: self
                 .cells

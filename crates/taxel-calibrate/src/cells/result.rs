@@ -72,6 +72,8 @@ impl CellsCalibrator<'_> {
     /// SI unit at the input of the last stage.
     fn unit(&self) -> &'static str {
         match self.column().0 {
+            super::COUNTS => "",
+            super::CAPACITANCE => "F",
             super::RESISTANCE => "ohm",
             super::PORT_PRESSURE => "Pa",
             _ => "V",

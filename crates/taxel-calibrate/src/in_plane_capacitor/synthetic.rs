@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use super::checks::micrometres;
+use crate::hysteresis;
 use crate::options::SyntheticOptions;
 use crate::synthetic::triangle;
+use taxel::mechanics::LoadHistory;
 use taxel::transduction::InPlaneModel;
 use taxel_numerics::Noise;
 
@@ -12,15 +14,21 @@ use taxel_numerics::Noise;
 ///
 /// The displacement goes up and down as a triangle over time and is read
 /// without error. Forces follow from the layer pressed flat, or by a tilted
-/// probe from the mean over its two Gauss points; loading carries more than
-/// unloading by `hysteresis`; capacitances drift along a straight line.
+/// probe from the mean over its two Gauss points; the force on loading exceeds
+/// that on unloading by `hysteresis`; capacitances drift along a straight line.
 pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> String {
     let mut noise = Noise::seeded(options.seed);
     let mut text = options.head(&["hysteresis", "drift", "tilt"]);
     text.push_str("time [s],gap [um],displacement [um],force_z [N],capacitance [fF]\n");
+    let law = hysteresis::synthetic(options.hysteresis);
     for model in models {
+        let mut history = LoadHistory::default();
         let states: Vec<[f64; 3]> = (0..options.readings)
             .filter_map(|i| state(model, options, i))
+            .map(|[displacement, loading, capacitance]| {
+                let force = loading * law.share(&history.push(loading));
+                [displacement, force, capacitance]
+            })
             .collect();
         let largest = |column: usize, zero: f64| {
             let sizes = states.iter().map(|state| (state[column] - zero).abs());
@@ -44,19 +52,13 @@ pub(super) fn table(models: &[InPlaneModel], options: &SyntheticOptions) -> Stri
     text
 }
 
-/// Displacement, force and capacitance of a reading without noise; `None`
-/// beyond the models.
+/// Displacement, force of loading and capacitance of a reading without noise;
+/// `None` beyond the models.
 fn state(model: &InPlaneModel, options: &SyntheticOptions, index: usize) -> Option<[f64; 3]> {
-    let phase = options.phase(index);
-    let sign = if phase < 0.5 { 1.0 } else { -1.0 };
-    let compression = triangle(phase) * options.compression;
+    let compression = triangle(options.phase(index)) * options.compression;
     let force = tilted_force(model, compression, options.tilt)?;
     let capacitance = model.respond(compression).ok()?.capacitance;
-    Some([
-        compression * model.layer.thickness,
-        force * (1.0 + 0.5 * sign * options.hysteresis),
-        capacitance,
-    ])
+    Some([compression * model.layer.thickness, force, capacitance])
 }
 
 fn tilted_force(model: &InPlaneModel, compression: f64, tilt: f64) -> Option<f64> {

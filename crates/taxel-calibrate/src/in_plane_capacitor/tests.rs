@@ -225,6 +225,62 @@ fn intervals_cover_the_truth_of_a_thousand_benches() {
     });
 }
 
+/// Of the benches of `taxel twin`, with its own noise and `--hysteresis 0.05`: how many intervals of
+/// the modulus and of `end_scale` hold the truth, of those that are called identified.
+fn held_by_identified(benches: u64) -> [[usize; 2]; 2] {
+    let sensor = Sensor::shipped("in-plane-50um").unwrap();
+    let named = [NamedSensor {
+        name: "in-plane-50um",
+        text: "",
+        sensor: &sensor,
+    }];
+    let calibrator = InPlaneCalibrator::new(&named).unwrap();
+    let bench = |seed: u64| {
+        let text = calibrator.synthetic(&SyntheticOptions {
+            seed,
+            hysteresis: 0.05,
+            ..SyntheticOptions::default()
+        });
+        let table = parse(&calibrator, &text);
+        let outcome = calibrator
+            .calibrate(&table, &CalibrateOptions::default())
+            .unwrap();
+        [("youngs_modulus", 1.2e6), ("end_scale", 1.0)].map(|(name, truth)| {
+            let found = outcome.parameters.iter().find(|(one, _)| one.name == name);
+            let found = &found.unwrap_or_else(|| panic!("{name}")).1;
+            let identified = found.status == Status::Identified;
+            let holds = (found.interval[0]..=found.interval[1]).contains(&truth);
+            [usize::from(identified && holds), usize::from(identified)]
+        })
+    };
+    let add =
+        |a: [[usize; 2]; 2], b: [[usize; 2]; 2]| [0, 1].map(|i| [0, 1].map(|j| a[i][j] + b[i][j]));
+    (1..=benches)
+        .into_par_iter()
+        .map(bench)
+        .reduce(|| [[0; 2]; 2], add)
+}
+
+#[test]
+fn intervals_of_benches_with_hysteresis_hold_the_truth() {
+    for [holds, identified] in held_by_identified(40) {
+        // Three deviations of the binomial below 95 %.
+        let least = 0.95 * identified as f64 - 3.0 * (0.95 * 0.05 * identified as f64).sqrt();
+        assert!(holds as f64 >= least, "{holds} of {identified}");
+    }
+}
+
+#[test]
+#[ignore = "the long form of the test above: 400 benches"]
+fn intervals_of_400_benches_with_hysteresis_hold_the_truth() {
+    let found = held_by_identified(400);
+    println!("modulus and end_scale, held and identified: {found:?}");
+    for [holds, identified] in found {
+        let share = holds as f64 / identified as f64;
+        assert!((0.93..=0.97).contains(&share), "{holds} of {identified}");
+    }
+}
+
 #[test]
 fn an_end_factor_that_changes_with_the_compression_comes_back() {
     let mut sensor = Sensor::shipped("in-plane-50um").unwrap();
@@ -356,9 +412,10 @@ fn hysteresis_drift_and_tilt_are_seen_in_the_report() {
             .remarks
             .iter()
             .find(|r| r.message.contains("hysteresis loss"));
-        // 10 % of the mean of both branches is 9.5 % of loading, known to 0.1 %.
+        // Loading exceeds unloading by 10 %, which is 9.1 % of loading, and by less within the first
+        // fifth of the way back.
         assert!(
-            remark.unwrap().message.contains("loss 9."),
+            remark.unwrap().message.contains("loss 8."),
             "{:?}",
             outcome.remarks
         );

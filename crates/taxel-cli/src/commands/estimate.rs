@@ -32,6 +32,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
             boards: Vec::new(),
             board: arguments.board.clone(),
             once: true,
+            no_last_zero: true,
         },
         speed: "max".into(),
         frames: None,

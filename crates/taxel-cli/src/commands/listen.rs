@@ -79,6 +79,8 @@ pub(crate) fn run(arguments: &Listen) -> Result<Done, Stop> {
     let words = [
         "taxel", "live", "--raw", "--board", &name, "--source", &played,
     ];
+    let port = arguments.port.map(|port| format!("--port={port}"));
+    let words = words.into_iter().chain(port.as_deref());
     match Arguments::try_parse_from(words).map(|arguments| arguments.command) {
         Ok(Command::Live(live)) => super::live::run(&live),
         _ => Err(Stop::Failed(format!("{line}: cannot be run"))),

@@ -17,9 +17,9 @@ use taxel_files::{COMMIT, Progress, VERSION};
 use taxel_recording::{RecordingError, RecordingOptions};
 use taxel_serve::link::LinkAddress;
 use taxel_serve::{
-    EventFile, Failure, LastTouch, LineOutput, Marks, Next, Provenance, PumpOptions, Replay,
-    ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey, TwinSource,
-    run_headless, run_with_page, run_with_pages,
+    EventFile, Failure, LastTouch, LastZero, LineOutput, Marks, Next, Provenance, PumpOptions,
+    Replay, ReplaySource, ServeError, Session, Source, SourceError, StartTare, Summary, Survey,
+    TwinSource, run_headless, run_with_page, run_with_pages,
 };
 
 use crate::arguments::{Format, Live, REST_FRAMES, Rest};
@@ -379,6 +379,11 @@ fn sensed(
         };
         touch.restore_rest(&rest_of(path, bare, arguments, session)?);
     }
+    let last_zero = last_zero(arguments, &run, || {
+        let mut again = self::touch(device.as_ref(), source.stream(), arguments, "").ok()?;
+        again.set_steps(&steps);
+        Some(again)
+    });
     run.record(arguments, touch.meaning(), &mut options);
     let drawing = device.drawing().svg();
     drop(device);
@@ -386,6 +391,7 @@ fn sensed(
         touch,
         drawing,
         source: Box::new(source),
+        last_zero,
         marks: marks(arguments),
         replay: None,
         options,
@@ -615,16 +621,42 @@ fn map_session(
             "note: a map is not tared at the start: --rest FRAMES counts from *Tare* on the page, or with --tare"
         );
     }
+    let last_zero = last_zero(arguments, run, || {
+        Some(TouchSession::map(stream, &options_of(noise)))
+    });
     run.record(arguments, touch.meaning(), &mut options);
     Ok(Session {
         touch,
         drawing: String::new(),
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
+        last_zero,
         marks: marks(arguments),
         replay: None,
         options,
     })
+}
+
+/// The zero of the last run of a sensor on this link, to be compared with that of the start; `again` is another
+/// session of the sensor.
+fn last_zero(
+    arguments: &Live,
+    run: &RunFiles,
+    again: impl FnOnce() -> Option<TouchSession>,
+) -> Option<LastZero> {
+    if arguments.link.no_last_zero || !LinkAddress::is_one(&arguments.source) {
+        return None;
+    }
+    let files = [&run.sensor, &run.calibration, &run.board];
+    let texts = files.into_iter().flatten().map(|file| file.text.as_str());
+    // Another specimen of the same drawing is on another link, as far as a program can know.
+    let texts: Vec<&str> = texts.chain([arguments.source.as_str()]).collect();
+    let name = taxel_files::sha256(texts.join("\0").as_bytes());
+    let folder = taxel_files::state_folder()?;
+    Some(LastZero::new(
+        folder.join("zeros").join(format!("{name}.json")),
+        again()?,
+    ))
 }
 
 /// How a recording is opened.

@@ -207,11 +207,14 @@ fn report(named: &Named, body: &Body) -> Result<Done, Stop> {
         .into_iter()
         .map(|column| column.name)
         .collect();
+    let description = body.description();
+    let description: Vec<String> = description.iter().map(|line| shown::text(line)).collect();
     outputs::print(&format!(
-        "{}: {} cells, {unknowns} unknowns, {} steps\ncolumns: {}\n",
+        "{}: {} cells, {unknowns} unknowns, {} steps\n{}\ncolumns: {}\n",
         shown::text(&named.file.name),
         cells,
         body.steps(),
+        description.join("\n"),
         shown::text(&columns.join(", "))
     ))
 }

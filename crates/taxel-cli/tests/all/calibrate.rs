@@ -117,6 +117,13 @@ fn the_shipped_readings_are_fitted_for_three_gaps_together() {
         first["relative_residual"].as_f64().unwrap() < 0.01,
         "{first}"
     );
+    // The truth lies in the interval of what is called identified.
+    for (name, truth) in [("youngs_modulus", 1.2e6), ("end_scale", 1.0)] {
+        let mut parameters = found["parameters"].as_array().unwrap().iter();
+        let found = parameters.find(|one| one["name"] == name).unwrap();
+        let interval = [0, 1].map(|end| found["interval"][end].as_f64().unwrap());
+        assert!((interval[0]..=interval[1]).contains(&truth), "{found}");
+    }
 }
 
 #[test]

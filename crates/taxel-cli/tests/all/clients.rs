@@ -105,6 +105,38 @@ fn the_python_client_reads_what_the_program_writes() {
     agrees(&printed(&output), &file);
 }
 
+const AFTER_THE_END: &str = r#"
+import json, sys, time, urllib.request
+from taxel_live import TaxelLive
+address, sequence = sys.argv[1], None
+for _ in range(100):
+    with TaxelLive(address) as live:
+        frame = next(iter(live.frames()))
+        # Of a run that goes on it would be another one.
+        if frame.sequence == sequence:
+            break
+        sequence = frame.sequence
+    time.sleep(0.1)
+history = json.load(urllib.request.urlopen(address.replace("/?", "/history?")))
+print(json.dumps({"sequence": frame.sequence, "taxels": len(frame.values), "newest_ns": history["newest_ns"],
+                  "trained": live.hello["trained_m"]}))
+"#;
+
+#[test]
+fn a_client_after_the_end_gets_the_last_frame_and_the_history() {
+    let recording = "../taxel-recording/tests/recordings/fingertip.csv";
+    let source = format!("replay:{}/{recording}", env!("CARGO_MANIFEST_DIR"));
+    let live = Beside::start(&["live", "--source", &source, "--speed", "max", "--port", "0"]);
+    let Some(output) = interpreted("python3", &["-c", AFTER_THE_END, &live.line]) else {
+        return;
+    };
+    let found = printed(&output);
+    assert_eq!(
+        found,
+        serde_json::json!({ "sequence": 60, "taxels": 784, "newest_ns": 5_960_000_000_u64, "trained": null })
+    );
+}
+
 const JAVASCRIPT: &str = r#"
 const { TaxelLive } = await import(process.argv[2]);
 let refused = false;

@@ -56,6 +56,63 @@ impl System {
         each_point_of(problem, surface, (&table_of, places), hears);
     }
 
+    /// Pressure of all contacts on the nodes of the surfaces that touch, Pa of present area, on the mean
+    /// of the points about each; 0 elsewhere.
+    pub(crate) fn contact_pressure(
+        &self,
+        problem: &Problem,
+        state: &State,
+        places: &[[f64; 3]],
+    ) -> Vec<f64> {
+        // Each node has the points about it by the squares of its shape function, which are positive.
+        let mut sums = vec![[0.0; 2]; problem.mesh.points.len()];
+        let mut add = |nodes: &[u32], values: &[f64], area: f64, pressure: f64| {
+            for (&node, value) in nodes.iter().zip(values) {
+                let weight = area * value * value;
+                sums[node as usize][0] += weight;
+                sums[node as usize][1] += weight * pressure;
+            }
+        };
+        for (number, contact) in problem.contacts.iter().enumerate() {
+            let probe = self.contact(problem, state, places, number);
+            let pressure = |at: usize| probe.pressures[at] / probe.stretches[at];
+            match contact {
+                Contact::Obstacle(obstacle) => {
+                    self.each_contact_point(problem, &obstacle.surface, places, &mut |point| {
+                        add(
+                            point.nodes,
+                            point.values,
+                            point.area,
+                            pressure(point.number),
+                        );
+                    });
+                }
+                Contact::Surfaces(pair) => {
+                    let Some(tables) = &self.pairs[number] else {
+                        continue;
+                    };
+                    let of = (&state.contacts[number], places);
+                    each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
+                        add(
+                            point.nodes,
+                            point.values,
+                            point.area,
+                            pressure(point.number),
+                        );
+                        if let Some(meeting) = meeting {
+                            let nodes = tables.second_nodes(meeting.facet);
+                            let values = &meeting.foot.shapes.values;
+                            add(nodes, values, point.area, pressure(point.number));
+                        }
+                    });
+                }
+                Contact::Walls(_) => {}
+            }
+        }
+        let mean = |[weight, sum]: [f64; 2]| if weight > 0.0 { sum / weight } else { 0.0 };
+        sums.into_iter().map(mean).collect()
+    }
+
     /// Adds an obstacle, by the number of its contact.
     pub(super) fn add_obstacle(
         &self,
@@ -428,13 +485,20 @@ impl System {
                     probe.tractions.push([0.0; 3]);
                     probe.normals.push([0.0; 3]);
                     probe.areas.push(point.weight);
+                    probe.stretches.push(1.0);
                 }
             }
             Contact::Surfaces(pair) => {
                 if let Some(tables) = &self.pairs[number] {
                     let of = (contact, places);
                     each_meeting(problem, of, (tables, pair), &mut |point, meeting| {
-                        probe.note_meeting((tables, pair), contact, (point, meeting), places);
+                        probe.note_meeting(
+                            problem,
+                            (tables, pair),
+                            contact,
+                            (point, meeting),
+                            places,
+                        );
                     });
                 }
             }
@@ -456,6 +520,7 @@ impl System {
                     probe.tractions.push(traction.map(|t| -t));
                     probe.normals.push(gap.normal);
                     probe.areas.push(point.area);
+                    probe.stretches.push(point.stretch(problem, places));
                 });
             }
         }
@@ -640,6 +705,8 @@ pub struct ContactProbe {
     pub normals: Vec<[f64; 3]>,
     /// Undeformed area that each contact point stands for, m2 (m in plane strain).
     pub areas: Vec<f64>,
+    /// Present area over undeformed area at each contact point: `pressures` are per undeformed area.
+    pub stretches: Vec<f64>,
     /// Gap at each contact point, m; infinite where a surface meets nothing within reach.
     pub gaps: Vec<f64>,
     /// Undeformed place of each contact point.
@@ -660,6 +727,27 @@ impl ContactProbe {
         })
     }
 
+    /// Undeformed and present area that touches, m2 (m in plane strain), where pressures are above
+    /// `least`, Pa.
+    pub fn touching(&self, least: f64) -> [f64; 2] {
+        let points = self
+            .pressures
+            .iter()
+            .zip(self.areas.iter().zip(&self.stretches));
+        let pressed = points.filter(|(pressure, _)| **pressure > least);
+        pressed.fold([0.0; 2], |[rest, present], (_, (area, stretch))| {
+            [rest + area, present + area * stretch]
+        })
+    }
+
+    /// Greatest force over present area, Pa.
+    pub fn greatest_pressure(&self) -> f64 {
+        let points = self.pressures.iter().zip(&self.stretches);
+        points.fold(0.0, |most: f64, (pressure, stretch)| {
+            most.max(pressure / stretch)
+        })
+    }
+
     /// Pressure over the touching area, N (N/m in plane strain): for surfaces that meet
     /// themselves, on which [`Self::force`] adds up to nothing.
     pub fn force_size(&self) -> f64 {
@@ -670,6 +758,7 @@ impl ContactProbe {
     /// Notes a point of a surface, with what it meets.
     fn note_meeting(
         &mut self,
+        problem: &Problem,
         (tables, pair): (&PairTables, &SurfacePair),
         contact: &ContactState,
         (point, meeting): (&ContactPoint<'_>, Option<Meeting>),
@@ -691,6 +780,7 @@ impl ContactProbe {
         self.tractions.push(traction);
         self.normals.push(normal);
         self.areas.push(tables.share * point.area);
+        self.stretches.push(point.stretch(problem, places));
     }
 
     fn note(&mut self, gap: f64, pressure: f64, at: [f64; 3], relieved: bool) {

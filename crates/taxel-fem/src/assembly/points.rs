@@ -1,9 +1,11 @@
 //! Points of a surface that may touch something.
 
+use taxel_numerics::dense::{cross, dot3};
+
 use super::foot::normal_of;
 use crate::mesh::{Facet, FacetShape};
-use crate::problem::Problem;
 use crate::problem::load::FacetTable;
+use crate::problem::{Kinematics, Problem};
 
 /// A contact point of a surface.
 pub(super) struct ContactPoint<'p> {
@@ -60,6 +62,23 @@ impl ContactPoint<'_> {
             }
         }
         (tangents, normal_of(self.directions(), tangents))
+    }
+
+    /// Present area over undeformed area of its facet there.
+    pub(super) fn stretch(&self, problem: &Problem, places: &[[f64; 3]]) -> f64 {
+        let size = |places: &[[f64; 3]]| {
+            let [s, t] = self.frame(places).0;
+            let across = match self.directions() {
+                1 => s,
+                _ => cross(s, t),
+            };
+            dot3(across, across).sqrt()
+        };
+        let around = match problem.kinematics {
+            Kinematics::Axisymmetric => self.place[0] / self.rest[0],
+            _ => 1.0,
+        };
+        around * size(places) / size(&problem.mesh.points)
     }
 
     /// Number of reference coordinates of its facet.

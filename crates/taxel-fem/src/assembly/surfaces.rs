@@ -233,6 +233,11 @@ impl PairTables {
         }
     }
 
+    /// Nodes of a facet of the second surface.
+    pub(super) fn second_nodes(&self, facet: usize) -> &[u32] {
+        &self.second[facet]
+    }
+
     /// Takes these pairs of facets as those that the matrix has a place for.
     pub(super) fn cover(&mut self, pairs: &BTreeSet<(usize, usize)>, unknowns: &Unknowns) {
         let places = pairs

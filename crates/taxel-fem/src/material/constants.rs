@@ -109,6 +109,15 @@ impl Material {
         }
     }
 
+    /// Poisson's ratio at small strain, `(3K - 2G) / (6K + 2G)`.
+    pub fn poisson_ratio(&self) -> f64 {
+        let shear = self.law.shear_modulus();
+        match self.volumetric.bulk_modulus() {
+            None => 0.5,
+            Some(bulk) => (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear),
+        }
+    }
+
     /// Resistance to a change of shape.
     pub const fn law(&self) -> &Law {
         &self.law

@@ -150,6 +150,18 @@ impl Law {
         }
     }
 
+    /// Name of the law.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::MooneyRivlin { c01: 0.0, .. } => "neo-Hookean",
+            Self::MooneyRivlin { .. } => "Mooney-Rivlin",
+            Self::Yeoh { .. } => "Yeoh",
+            Self::Ogden { .. } => "Ogden",
+            Self::LinearElastic { .. } => "linear elastic",
+            Self::Energy(_) => "an energy of its own",
+        }
+    }
+
     /// Energy, stress and tangent at the deformation gradient `f`, of positive volume
     /// ratio; not a number, or of no meaning, at any other.
     #[inline(always)]

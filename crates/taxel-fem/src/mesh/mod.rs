@@ -5,17 +5,20 @@
 //! on a tetrahedron. Local numbers follow VTK.
 
 mod axis;
+mod boxes;
 mod cell;
 mod crossing_voids;
 mod ellipse;
 pub(crate) mod error;
 pub mod gmsh;
 mod join;
+pub mod neighbours;
 mod parts;
 mod patchwork;
 pub mod polygon;
 mod promote;
 pub mod quality;
+pub mod sight;
 mod structured;
 mod void_block;
 mod void_cell;
@@ -117,17 +120,16 @@ impl Mesh {
         local.iter().map(move |&n| nodes[usize::from(n)])
     }
 
-    /// Nodes of a named surface or node set, sorted, each once; none without such a name.
+    /// Nodes of a named surface or node set, of both where a name is that of both, sorted, each
+    /// once; none without such a name.
     pub fn nodes_of(&self, name: &str) -> Option<Vec<u32>> {
-        if let Some(set) = self.node_sets.get(name) {
-            return Some(set.clone());
-        }
-        let mut nodes: Vec<u32> = self
-            .surfaces
-            .get(name)?
-            .iter()
-            .flat_map(|&facet| self.facet_nodes(facet))
-            .collect();
+        let (set, surface) = (self.node_sets.get(name), self.surfaces.get(name));
+        let mut nodes = match (set, surface) {
+            (None, None) => return None,
+            (set, _) => set.cloned().unwrap_or_default(),
+        };
+        let facets = surface.into_iter().flatten();
+        nodes.extend(facets.flat_map(|&facet| self.facet_nodes(facet)));
         nodes.sort_unstable();
         nodes.dedup();
         Some(nodes)
@@ -175,15 +177,14 @@ impl Mesh {
 
     /// Sides of cells that belong to one cell only.
     pub fn boundary(&self) -> Vec<Facet> {
+        self.single_sides(|_| true)
+    }
+
+    /// Sides that belong to one of some cells only, sorted.
+    fn single_sides(&self, among: impl Fn(usize) -> bool) -> Vec<Facet> {
         let mut seen: BTreeMap<Vec<u32>, Option<Facet>> = BTreeMap::new();
-        for cell in 0..self.cell_count() {
-            for side in 0..self.shapes[cell].sides().len() {
-                let facet = Facet {
-                    cell: cell as u32,
-                    side: side as u8,
-                };
-                let mut key: Vec<u32> = self.facet_nodes(facet).collect();
-                key.sort_unstable();
+        for cell in (0..self.cell_count()).filter(|&cell| among(cell)) {
+            for (key, facet) in self.keyed_sides(cell) {
                 seen.entry(key)
                     .and_modify(|once| *once = None)
                     .or_insert(Some(facet));
@@ -192,6 +193,58 @@ impl Mesh {
         let mut facets: Vec<Facet> = seen.into_values().flatten().collect();
         facets.sort_unstable();
         facets
+    }
+
+    /// The sides of a cell with their nodes, sorted.
+    fn keyed_sides(&self, cell: usize) -> impl Iterator<Item = (Vec<u32>, Facet)> + '_ {
+        (0..self.shapes[cell].sides().len() as u8).map(move |side| {
+            let facet = Facet {
+                cell: cell as u32,
+                side,
+            };
+            let mut key: Vec<u32> = self.facet_nodes(facet).collect();
+            key.sort_unstable();
+            (key, facet)
+        })
+    }
+
+    /// Sides of the cells of the first of two regions that are sides of cells of the second as well.
+    pub fn interface(&self, [first, second]: [usize; 2]) -> Vec<Facet> {
+        let mut sides: BTreeMap<Vec<u32>, [Option<Facet>; 2]> = BTreeMap::new();
+        for cell in 0..self.cell_count() {
+            let Some(at) = [first, second]
+                .iter()
+                .position(|&region| region == self.region_of(cell))
+            else {
+                continue;
+            };
+            for (key, facet) in self.keyed_sides(cell) {
+                sides.entry(key).or_default()[at] = Some(facet);
+            }
+        }
+        let mut facets: Vec<Facet> = sides
+            .into_values()
+            .filter_map(|[first, second]| second.and(first))
+            .collect();
+        facets.sort_unstable();
+        facets
+    }
+
+    /// Sides of the cells of a region that are not between two of them.
+    pub fn sides_of_region(&self, name: &str) -> Option<Vec<Facet>> {
+        let region = self.regions.iter().position(|known| known == name)?;
+        Some(self.single_sides(|cell| self.region_of(cell) == region))
+    }
+
+    /// Outward unit normal in the middle of the corners of a facet; zero of one without area.
+    pub fn outward(&self, facet: Facet) -> [f64; 3] {
+        neighbours::outward(self, facet)
+    }
+
+    /// The longest side of the box around the mesh, in its unit.
+    pub fn size(&self) -> f64 {
+        let [low, high] = boxes::bounds(self.points.iter().copied());
+        (0..3).map(|d| high[d] - low[d]).fold(0.0, f64::max)
     }
 
     /// Names the part of the boundary whose nodes all satisfy a condition.

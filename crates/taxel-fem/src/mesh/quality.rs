@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::cell::Shapes;
+use super::neighbours::{SAME_PLACE, bulge};
 use super::{CellShape, Facet, Mesh, MeshError, Parts};
 use crate::scalar::{determinant, inverse};
 
@@ -149,6 +150,11 @@ pub fn hinges(mesh: &Mesh) -> Vec<u32> {
         .collect();
     twice.dedup();
     twice
+}
+
+/// True if a side of a cell is bent: a node of it is off what its corners span.
+pub fn is_curved(mesh: &Mesh, cell: usize) -> bool {
+    bulge(mesh, cell) > SAME_PLACE * mesh.size()
 }
 
 /// Measure of a cell: its area or volume, negative when inverted.

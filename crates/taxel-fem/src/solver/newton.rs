@@ -318,6 +318,14 @@ impl Solver {
             .contact(&self.problem, &self.state, &places, number)
     }
 
+    /// Pressure of contacts on each node, Pa of present area: the mean of the points about it, 0 of a
+    /// node that nothing presses.
+    pub fn contact_pressure(&self) -> Vec<f64> {
+        let places = self.state.places(&self.problem.mesh);
+        self.system
+            .contact_pressure(&self.problem, &self.state, &places)
+    }
+
     /// The point of the greatest von Mises stress at the accepted state.
     pub fn greatest_stress(&self) -> Option<StressPoint> {
         stress_points(&self.problem, &self.state).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))

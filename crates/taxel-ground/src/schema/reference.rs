@@ -225,7 +225,9 @@ impl<'a> Page<'a> {
 
 /// Follows a reference; what may be missing is what it is when it is there.
 pub(super) fn resolved<'a>(definitions: &'a Value, node: &'a Value) -> &'a Value {
-    let node = match node["anyOf"].as_array() {
+    let options = node["anyOf"].as_array();
+    // What says itself what it is stays whole.
+    let node = match options.filter(|_| node.get(quantity::VALUE).is_none()) {
         Some(options) => options
             .iter()
             .find(|option| option["type"] != "null")

@@ -101,6 +101,7 @@ impl BagFile {
                 let records = match *head.get(&b"compression"[..])? {
                     b"none" => Some(data.to_vec()),
                     b"lz4" => unpack::lz4(data, length),
+                    b"bz2" => unpack::bzip2(data, length),
                     _ => None,
                 };
                 self.damaged += u64::from(records.is_none());
@@ -167,8 +168,6 @@ impl Messages for BagFile {
     }
 
     fn cut(&self) -> Option<String> {
-        (self.damaged > 0).then(|| {
-            format!("{} chunks are damaged or compressed with bzip2, which is not read: rosbag decompress FILE makes a bag that is", self.damaged)
-        })
+        (self.damaged > 0).then(|| format!("{} chunks are damaged", self.damaged))
     }
 }

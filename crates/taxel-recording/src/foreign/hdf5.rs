@@ -1,7 +1,9 @@
 //! HDF5: groups and data sets of numbers, in the forms that h5py, MATLAB and PyTables write.
 //!
-//! What is not read is listed with its reason: strings, references, and the index of chunks that
-//! only `libver="latest"` writes.
+//! What is not read is listed with its reason: strings, references, and of what only
+//! `libver="latest"` writes groups of many links and data sets that grow along several axes.
+
+mod chunk_index;
 
 use std::collections::HashSet;
 
@@ -18,6 +20,10 @@ const UNDEFINED: u64 = u64::MAX;
 const MOST: usize = 10_000;
 /// Deepest tree of an index.
 const DEEPEST: usize = 32;
+/// Number of the filter that h5py calls LZF.
+const LZF: u16 = 32000;
+/// Why an index of chunks is not read.
+const SEVERAL_AXES: &str = "it may grow along several axes in the form of libver=\"latest\", whose index is not read; h5repack FILE NEW writes the usual one";
 /// Longest block of an object's head.
 const LONGEST_HEAD: u64 = 1 << 24;
 
@@ -48,6 +54,8 @@ struct File {
 #[derive(Default)]
 struct Object {
     shape: Option<Vec<u64>>,
+    /// Sides that it may grow to.
+    most: Option<Vec<u64>>,
     item: Option<Result<Item, &'static str>>,
     layout: Option<Layout>,
     filters: Vec<u16>,
@@ -64,6 +72,8 @@ enum Layout {
     Chunked(u64, Vec<u64>),
     /// Address of the only chunk, its bytes, and sides of the chunk.
     Single(u64, Option<u64>, Vec<u64>),
+    /// An index of the newer form, its address, and sides of a chunk.
+    Indexed(chunk_index::Kind, u64, Vec<u64>),
     Unread(&'static str),
 }
 
@@ -292,7 +302,7 @@ impl File {
         if let Some(other) = object
             .filters
             .iter()
-            .find(|filter| ![1, 2, 3].contains(*filter))
+            .find(|filter| ![1, 2, 3, LZF].contains(*filter))
         {
             let why = format!(
                 "it is compressed with filter {other}, which is not read; h5repack -f GZIP=4 FILE NEW writes one that is"
@@ -326,6 +336,18 @@ impl File {
                 if address != UNDEFINED {
                     self.pieces(address, shape.len(), &mut pieces, 0)?;
                 }
+                Data::Stripes(Box::new(Chunked::new(chunk, pieces, object.filters)))
+            }
+            Some(Layout::Indexed(kind, address, chunk)) if sides(chunk.clone()) => {
+                let most = object.most.as_ref().unwrap_or(&shape);
+                let grid = chunk_index::Grid::new(&shape, most, &chunk, item.size as u64);
+                let pieces = match grid.ok_or_else(damaged)? {
+                    grid if kind == chunk_index::Kind::Extensible && !grid.grows_at_front() => {
+                        self.others.push(unread(SEVERAL_AXES));
+                        return Ok(());
+                    }
+                    grid => self.indexed(kind, address, &grid)?,
+                };
                 Data::Stripes(Box::new(Chunked::new(chunk, pieces, object.filters)))
             }
             Some(Layout::Unread(why)) => {
@@ -392,9 +414,13 @@ impl Object {
         let mut fields = Fields(body);
         match kind {
             0x01 => {
-                let (version, rank, _) = (fields.u8()?, fields.u8()?, fields.u8()?);
+                let (version, rank, flags) = (fields.u8()?, fields.u8()?, fields.u8()?);
                 fields.take(if version == 1 { 5 } else { 1 })?;
-                self.shape = Some((0..rank).map(|_| fields.u64()).collect::<Option<_>>()?);
+                let mut sides = || (0..rank).map(|_| fields.u64()).collect::<Option<Vec<_>>>();
+                self.shape = Some(sides()?);
+                if flags & 1 == 1 {
+                    self.most = Some(sides()?);
+                }
             }
             0x02 => {
                 let (_, flags) = (fields.u8()?, fields.u8()?);
@@ -431,9 +457,7 @@ fn layout(fields: &mut Fields<'_>) -> Option<Layout> {
     let old = Layout::Unread(
         "its layout is one of HDF5 1.4 or before, which is not read; h5repack FILE NEW writes the usual one",
     );
-    let new = Layout::Unread(
-        "the index of its chunks is in the form of libver=\"latest\", which is not read; h5repack FILE NEW writes the usual one",
-    );
+    let new = Layout::Unread(SEVERAL_AXES);
     let version = fields.u8()?;
     if version < 3 {
         return Some(old);
@@ -454,7 +478,7 @@ fn layout(fields: &mut Fields<'_>) -> Option<Layout> {
             sides.pop();
             Layout::Chunked(address, sides)
         }
-        (2, 4) => {
+        (2, 4 | 5) => {
             let (flags, rank, size) = (fields.u8()?, fields.u8()?, fields.u8()?);
             let side = |fields: &mut Fields<'_>| {
                 let mut whole = [0; 8];
@@ -465,8 +489,17 @@ fn layout(fields: &mut Fields<'_>) -> Option<Layout> {
             };
             let mut sides: Vec<u64> = (0..rank).map(|_| side(fields)).collect::<Option<_>>()?;
             sides.pop();
-            if fields.u8()? != 1 {
-                return Some(new);
+            let kind = match fields.u8()? {
+                1 => None,
+                2 => Some((chunk_index::Kind::Implicit, 0)),
+                3 => Some((chunk_index::Kind::Fixed, 1)),
+                4 => Some((chunk_index::Kind::Extensible, 5)),
+                _ => return Some(new),
+            };
+            if let Some((kind, settings)) = kind {
+                // They come again at the head of the index.
+                fields.take(settings)?;
+                return Some(Layout::Indexed(kind, fields.u64()?, sides));
             }
             let packed = if flags & 2 != 0 {
                 let size = fields.u64()?;
@@ -775,6 +808,7 @@ fn unfiltered(
             // A sum behind the bytes.
             3 => bytes[..bytes.len().checked_sub(4)?].to_vec(),
             1 => unpack::zlib(&bytes, full.saturating_add(4))?,
+            &LZF => unpack::lzf(&bytes, full.saturating_add(4))?,
             2 if item > 1 => {
                 let count = bytes.len() / item;
                 let mut whole = bytes.clone();

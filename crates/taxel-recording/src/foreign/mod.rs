@@ -1,4 +1,4 @@
-//! Recordings of other programs: bags of ROS, XDF of LabRecorder, arrays of NumPy and HDF5.
+//! Recordings of other programs: bags of ROS, XDF of LabRecorder, arrays of NumPy, MATLAB and HDF5.
 //!
 //! Each is a file of named parts (topics, streams, data sets), each part a series of rows of
 //! numbers with their times. One part is chosen and read as the frames of a [`Recording`]; which of
@@ -7,8 +7,10 @@
 mod array;
 mod bag;
 mod bytes;
+mod bzip2;
 mod definition;
 mod hdf5;
+mod matlab;
 mod mcap;
 mod messages;
 mod sqlite;
@@ -171,6 +173,7 @@ impl ForeignFile {
             ForeignFormat::Npy => first(all).and_then(array::open_npy),
             ForeignFormat::Npz => first(all).and_then(array::open_npz),
             ForeignFormat::Hdf5 => first(all).and_then(hdf5::open),
+            ForeignFormat::Mat => first(all).and_then(matlab::open),
         };
         Ok(Self {
             file: file.to_owned(),

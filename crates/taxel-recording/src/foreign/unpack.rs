@@ -87,6 +87,41 @@ fn lz4_block(bytes: &[u8], out: &mut Vec<u8>, limit: usize) -> Option<()> {
     }
 }
 
+/// A stream of bzip2, likewise.
+pub(super) fn bzip2(bytes: &[u8], length: u64) -> Option<Vec<u8>> {
+    super::bzip2::unpacked(bytes, usize::try_from(length.min(LONGEST)).ok()?)
+}
+
+/// LZF, as h5py writes it, likewise.
+pub(super) fn lzf(bytes: &[u8], length: u64) -> Option<Vec<u8>> {
+    let limit = usize::try_from(length.min(LONGEST)).ok()?;
+    let (mut out, mut at) = (Vec::new(), 0);
+    while let Some(first) = bytes.get(at) {
+        let first = usize::from(*first);
+        at += 1;
+        if first < 32 {
+            out.extend_from_slice(bytes.get(at..at + first + 1)?);
+            at += first + 1;
+        } else {
+            let mut count = first >> 5;
+            if count == 7 {
+                count += usize::from(*bytes.get(at)?);
+                at += 1;
+            }
+            let back = ((first & 31) << 8) + usize::from(*bytes.get(at)?) + 1;
+            at += 1;
+            let from = out.len().checked_sub(back)?;
+            for place in from..from + count + 2 {
+                out.push(out[place]);
+            }
+        }
+        if out.len() > limit {
+            return None;
+        }
+    }
+    Some(out)
+}
+
 /// Frames of Zstandard, likewise.
 pub(super) fn zstd(bytes: &[u8], length: u64) -> Option<Vec<u8>> {
     let decoder = ruzstd::decoding::StreamingDecoder::new(bytes).ok()?;

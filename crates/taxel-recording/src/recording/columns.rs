@@ -332,7 +332,13 @@ impl Which {
 
 /// Name and unit of `time [s]` or `Time (ms)`.
 pub(crate) fn split_unit(title: &str) -> (&str, Option<&str>) {
-    let title = title.trim();
+    let mut title = title.trim();
+    // Names that come again have a number behind the unit: `X [s].1`.
+    if let Some((name, number)) = title.rsplit_once("].")
+        && number.bytes().all(|digit| digit.is_ascii_digit())
+    {
+        title = &title[..=name.len()];
+    }
     bracketed(title, '[', ']')
         .or_else(|| bracketed(title, '(', ')'))
         .map_or((title, None), |(name, unit)| (name, Some(unit)))

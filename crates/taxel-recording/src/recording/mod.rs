@@ -498,6 +498,9 @@ fn recognise<R: BufRead>(
         }
     }
     let text = lines.text();
+    if let Some(refusal) = vendors::refused_log(lines.file(), text) {
+        return Err(refusal.into());
+    }
     let vendor = if tekscan::recognises(text) {
         Some((Found::Tekscan, Format::Tekscan))
     } else if xsensor::recognises(text) {

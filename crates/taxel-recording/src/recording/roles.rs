@@ -126,6 +126,13 @@ impl Facts {
         self.is_numeric() && self.steps > 0 && self.rises == self.steps
     }
 
+    /// True if it counts eight rows or more and begins again, more than once: no reading does so by chance
+    /// that flickers by one.
+    fn counts_round(&self) -> bool {
+        let steps = self.ones + self.falls == self.steps && 8 * self.falls <= self.steps;
+        self.is_numeric() && !self.fraction && self.falls > 1 && steps
+    }
+
     /// True if it rises by one with every row.
     fn counts(&self) -> bool {
         self.is_numeric() && self.steps > 1 && self.ones == self.steps && !self.fraction
@@ -222,6 +229,8 @@ pub(crate) fn decide(
             None if columns.names_values() => ignored.push((at, "not named")),
             None if at < lent => ignored.push((at, "another array")),
             None if !facts[at].is_numeric() => ignored.push((at, "no numbers")),
+            None if facts[at].counts_round() => ignored.push((at, "a counter that begins again")),
+            None if table.is_index(at) => ignored.push((at, "an index of the rows")),
             None if time.is_some() && is_other_time() => ignored.push((at, "another time")),
             None => values.push(at),
         }
@@ -326,6 +335,11 @@ impl Table<'_> {
                 Some(first) if 2 * facts.rises <= facts.steps => first,
                 _ => at,
             };
+            if self.facts[found].counts_round() {
+                let column = column_name(found, self.names[found]);
+                let message = format!("no time is known: {column} counts and begins again");
+                return Err((message, SAY_TIME.to_owned()));
+            }
             let how = if found == at {
                 "the first column, as its numbers allow"
             } else {
@@ -398,10 +412,15 @@ impl Table<'_> {
     }
 
     fn is_time_by_name(&self, at: usize) -> bool {
-        let (name, _) = split_unit(self.names[at]);
-        words(name)
-            .iter()
-            .any(|word| TIME_WORDS.contains(&word.as_str()))
+        let (name, unit) = split_unit(self.names[at]);
+        let is_time = |word: &String| TIME_WORDS.contains(&word.as_str());
+        unit.is_some_and(|unit| time_power(unit).is_some()) || words(name).iter().any(is_time)
+    }
+
+    /// True of the column without a name by which a table numbers its rows.
+    fn is_index(&self, at: usize) -> bool {
+        let is_named = |name: &&str| !name.is_empty();
+        self.names[at].is_empty() && self.names.iter().any(is_named) && self.facts[at].counts()
     }
 
     fn sequence(&self, time: Option<usize>, by_unix: bool) -> Option<(usize, &'static str)> {

@@ -52,15 +52,25 @@ impl Layout {
         let rows = ahead.split_off(at);
         let mut columns = width(&rows[0]);
         let named = |line: &str| {
-            let fields: Vec<_> = dialect
-                .fields(line)
-                .map(|field| field.text().into_owned())
-                .collect();
+            let fields = dialect.fields(line);
+            let mut fields: Vec<_> = fields.map(|field| field.text().into_owned()).collect();
+            // LabVIEW names a column of comments that no row has.
+            if fields.len() == columns + 1 && fields[columns] == "Comment" {
+                fields.pop();
+            }
             let number = |text: &String| dialect.clone().number(text).is_some();
             (fields.len() == columns && !fields.iter().all(number)).then_some(fields)
         };
         // A comment may hold the names, as NumPy writes them.
-        let bare = |line: &str| line.trim_start_matches(['#', '%', ' ', '"']).to_owned();
+        // A quotation mark before the sign of a comment is of the whole line, any other of a name.
+        let bare = |line: &str| {
+            let inner = line.trim_start_matches([' ', '"']);
+            if inner.starts_with(['#', '%']) {
+                inner.trim_start_matches(['#', '%', ' ', '"']).to_owned()
+            } else {
+                line.to_owned()
+            }
+        };
         let mut heads: Vec<_> = std::iter::once(comment.to_owned())
             .chain(ahead.iter().filter(|line| !dialect.is_blank(line)).cloned())
             .filter_map(|line| named(&bare(&line)).map(|fields| (fields, line)))
@@ -579,6 +589,81 @@ mod tests {
                 ..
             }))
         ));
+    }
+
+    /// Tables as loggers of others export them: each has a column that is easily taken for another.
+    #[test]
+    fn columns_of_loggers_are_what_they_are() {
+        let rows = |head: &str, row: fn(u32) -> String| -> String {
+            (0..70).fold(head.to_owned(), |text, n| text + &row(n))
+        };
+        // A number that counts from 0 to 15 is neither a time nor a reading.
+        let counted = rows("# EndOfHeader\n", |n| {
+            format!("{}\t0\t{}\t\n", n % 16, 500 + n * n % 7)
+        });
+        let refused = read_with(counted.as_bytes(), "", true).unwrap_err();
+        assert!(refused.contains("counts and begins again"), "{refused}");
+        let found = read(&counted, "rate=100 Hz");
+        assert!(
+            found
+                .taken
+                .ignored
+                .contains("column 1 (a counter that begins again)"),
+            "{:?}",
+            found.taken
+        );
+        assert_eq!((found.frames[3].1, found.stream.columns), (30_000_000, 2));
+        // Each channel has a time of its own, and all names stand in quotes.
+        let own_times = rows(
+            "\"X [s]\",\"EMG 1: EMG.A 1 [V]\",\"X [s].1\",\"EMG 2: EMG.B 2 [V]\"\n",
+            |n| {
+                let time = 0.01 * f64::from(n);
+                format!("{time:.2},{},{time:.2},{}\n", n % 5, n % 7)
+            },
+        );
+        let found = read(&own_times, "");
+        assert!(
+            found.taken.ignored.contains("\"X [s].1\" (another time)"),
+            "{:?}",
+            found.taken
+        );
+        assert_eq!(
+            (found.stream.columns, found.stream.unit.quantity),
+            (2, Quantity::Voltage)
+        );
+        // Names of LabVIEW have one for comments, which no row has.
+        let comments = rows(
+            "***End_of_Header***\t\t\t\nX_Value\tForce_0\tForce_1\tComment\n",
+            |n| format!("{:.2}\t{}\t{}\n", 0.01 * f64::from(n), n % 5, n % 7),
+        );
+        let found = read(&comments, "");
+        assert!(
+            found.taken.values.contains("\"Force_0\" to \"Force_1\""),
+            "{:?}",
+            found.taken
+        );
+        // The index of a data frame has no name.
+        let index = rows(",time,left\n", |n| {
+            format!("{n},{:.2},{}\n", 0.01 * f64::from(n), n % 5)
+        });
+        let found = read(&index, "");
+        assert_eq!(found.stream.columns, 1);
+        assert!(
+            found.taken.ignored.contains("an index of the rows"),
+            "{:?}",
+            found.taken
+        );
+        // What a board sends is no table, but `listen` reads it.
+        for log in [
+            "{\"t\": 0.1, \"v\": [1, 2]}\n",
+            "14:22:31.000 -> 500,3,900\n",
+        ] {
+            let refused = read_with(log.repeat(70).as_bytes(), "", true).unwrap_err();
+            assert!(
+                refused.contains("taxel listen t.csv -o board.toml"),
+                "{refused}"
+            );
+        }
     }
 
     #[test]

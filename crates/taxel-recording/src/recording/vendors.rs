@@ -31,6 +31,23 @@ pub(super) fn of_line(line: &str) -> Option<&'static str> {
     emed.then_some("novel emed")
 }
 
+/// The refusal of lines that are what a board sends, as a log has them, and no table: objects of JSON,
+/// or lines with the time of a serial monitor before them. `None` of all others.
+pub(super) fn refused_log(file: &str, line: &str) -> Option<InputError> {
+    let line = line.trim_start();
+    let what = if line.starts_with('{') {
+        "objects of JSON, one a line"
+    } else if line.starts_with(|c: char| c.is_ascii_digit()) && line.contains(" -> ") {
+        "a log of lines with the time at which each came"
+    } else {
+        return None;
+    };
+    let help = format!(
+        "taxel listen {file} -o board.toml drafts a board file of such lines, and says how to play them with it"
+    );
+    Some(InputError::whole(file, format!("these are {what}, and no table")).help(help))
+}
+
 /// The refusal of an export of `vendor`.
 pub(super) fn refused(file: &str, vendor: &str) -> InputError {
     InputError::whole(file, format!("this looks like an export of {vendor}, which is not read")).help(

@@ -1,6 +1,6 @@
 """Writes the files of `tests/foreign.rs` with the libraries of the programs whose formats they have.
 
-pip install rosbags mcap mcap-ros2-support pyxdf h5py numpy
+pip install rosbags mcap mcap-ros2-support pyxdf h5py numpy scipy
 python write.py .
 """
 import pathlib
@@ -97,6 +97,17 @@ with h5py.File(out/'userblock.mat','w',userblock_size=512) as h: h['time']=t; h[
 with h5py.File(out/'lzf.h5','w') as h: h['t']=t; h.create_dataset('map',data=maps,compression='lzf')
 with h5py.File(out/'grow.h5','w') as h:
     d=h.create_dataset('v',shape=(0,5),maxshape=(None,5),chunks=(16,5),dtype='i2'); d.resize((N,5)); d[:]=np.arange(N*5).reshape(N,5); h['stamp']=np.array(stamps,dtype='u8')
+with h5py.File(out/'latest.h5','w',libver='latest') as h:
+    h['t']=t
+    # An array of addresses in pages, one that grows in blocks, and one without filters.
+    h.create_dataset('pages',data=np.arange(1100).reshape(1100,1),chunks=(1,1),dtype='i2',compression='gzip')
+    d=h.create_dataset('grow',shape=(0,3),maxshape=(None,3),chunks=(2,2),dtype='i2'); d.resize((600,3)); d[:]=np.arange(1800).reshape(600,3)
+    h.create_dataset('plain',data=maps,chunks=(7,2,3))
+    h.create_dataset('both',shape=(4,3),maxshape=(None,None),chunks=(2,2),dtype='i2')
+# matlab
+import scipy.io
+for name,packed in [('v5.mat',False),('v7.mat',True)]:
+    scipy.io.savemat(out/name,{'t':t,'maps':maps,'small':np.arange(N*2).reshape(N,2)%200,'name':'skin','cells':np.array([1,'x'],dtype=object),'z':np.array([1j])},do_compression=packed)
 # xdf
 def chunk(tag,body):
     n=len(body)+2

@@ -177,11 +177,11 @@ export function drawSelected(
 /** Spacing of the grid over an area, parts of its shorter side. */
 const GRID = 4;
 
-/** The area of a sensor that gives a position and no image: its ground, a grid, and each contact in the colour of its force. */
+/** The area of a sensor that gives a position and no image: its ground, a grid, where it was trained, and each contact in the colour of its force. */
 export function drawArea(
   context: CanvasRenderingContext2D,
   layout: Layout,
-  { rows, columns, pitch_m: pitch }: Pick<Hello, "rows" | "columns" | "pitch_m">,
+  { rows, columns, pitch_m: pitch, trained_m: trained }: Pick<Hello, "rows" | "columns" | "pitch_m" | "trained_m">,
   contacts: readonly Contact[],
   { map, high }: Pick<Colouring, "map" | "high">,
 ): void {
@@ -197,9 +197,19 @@ export function drawArea(
   context.stroke();
   context.strokeRect(scale / 2, scale / 2, width - scale, height - scale);
   const [rowPitch, columnPitch] = pitch ?? [1, 1];
+  const across = (x: number): number => width / 2 + (x / columnPitch / columns) * width;
+  const down = (y: number): number => height / 2 - (y / rowPitch / rows) * height;
+  if (trained !== null) {
+    const [[left, right], [bottom, top]] = trained;
+    context.save();
+    context.setLineDash([6 * scale, 4 * scale]);
+    context.strokeStyle = cssValue("--dim");
+    context.strokeRect(across(left), down(top), across(right) - across(left), down(bottom) - down(top));
+    context.restore();
+  }
   for (const { centre, force, certainty } of contacts) {
     if (certainty === "unknown") continue;
-    const [x, y] = [width / 2 + (centre[0] / columnPitch / columns) * width, height / 2 - (centre[1] / rowPitch / rows) * height];
+    const [x, y] = [across(centre[0]), down(centre[1])];
     if (!Number.isFinite(x) || !Number.isFinite(y) || !Number.isFinite(force[2])) continue;
     context.fillStyle = colourOf(map, force[2], 0, high);
     context.beginPath();

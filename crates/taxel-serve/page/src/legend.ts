@@ -2,7 +2,7 @@
 
 import type { ColourMap } from "./colour";
 import { colourOf, GREY, HEAT, SEQUENTIAL } from "./colour";
-import { create } from "./dom";
+import { create, cssValue } from "./dom";
 import { drawArrow, drawCentreOfPressure, drawEllipse, drawPlus } from "./image";
 import type { Box, MarkColours } from "./marks";
 import { drawBelowZeroGround, drawHatch, drawMarks, drawNoValue, Mark, markColours } from "./marks";
@@ -65,6 +65,15 @@ const CONTACTS: [string, Draw][] = [
   ],
 ];
 
+const TRAINED: [string, Draw] = [
+  "dashed: pressed here in training",
+  (context, { x, y, width, height }, scale) => {
+    context.setLineDash([3 * scale, 2 * scale]);
+    context.strokeStyle = cssValue("--ink");
+    context.strokeRect(x + width * 0.2, y + height * 0.2, width * 0.6, height * 0.6);
+  },
+];
+
 /** The legend for a device. */
 export class Legend {
   readonly root: HTMLElement;
@@ -72,7 +81,7 @@ export class Legend {
   private readonly map: ColourMap;
   private readonly grayscale: boolean;
 
-  constructor({ components, picture, signed }: Hello) {
+  constructor({ components, picture, signed, trained_m: trained }: Hello) {
     this.grayscale = picture === "grayscale";
     this.map = this.grayscale ? GREY : components === 1 && picture !== "map" ? HEAT : SEQUENTIAL;
     const ofMaps: [string, Draw][] = [
@@ -83,6 +92,7 @@ export class Legend {
     ];
     const states = (picture === "map" ? ofMaps : STATES).filter(([words]) => !(signed && components === 1) || words !== BELOW_ZERO);
     const entries = components === 3 ? [...states, SHEAR, ...CONTACTS] : [...states, ...CONTACTS];
+    if (trained !== null) entries.push(TRAINED);
     if (components === 1 && picture !== "map") entries.push(...BOUNDS);
     if (this.grayscale && signed) entries.push(["pulled: a force below zero, as behind a finger that is pushed", over(Mark.pulled)]);
     this.root = create("ul", { class: "legend", "aria-label": "Legend" });

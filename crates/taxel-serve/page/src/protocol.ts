@@ -40,6 +40,8 @@ export interface Hello {
   picture: "heat" | "grayscale" | "map";
   /** Whether the total force is a number of this device. */
   total_known: boolean;
+  /** Where a trained device was pressed in training: from and to along x and y, m; null of other devices. */
+  trained_m: [[number, number], [number, number]] | null;
   /** Units of the forces and speeds of contacts. */
   force_unit: string;
   length_unit: string;

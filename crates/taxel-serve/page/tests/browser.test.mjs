@@ -707,6 +707,25 @@ test("a raw board is a table of its channels by name, sorted, filtered and chart
   assert.deepEqual(complaints, []);
 });
 
+test("what a board sends becomes a page of its channels by one command", { skip: mock }, async (context) => {
+  const folder = mkdtempSync(join(tmpdir(), "taxel-listen-"));
+  const board = join(folder, "board.toml");
+  const device = `exec:node '${join(tests, "devices/six-pads.mjs")}' touched`;
+  const server = await started(program(), ["listen", device, "--seconds", "3", "-o", board, "--live", "--port", "0"]);
+  context.after(async () => {
+    await server.stop();
+    rmSync(folder, { recursive: true });
+  });
+  const { tab, complaints } = await open(server.url, context);
+  await badge(tab, "live");
+  const rows = byTestId(tab, "channels").locator("tbody tr:visible");
+  await rows.first().waitFor();
+  // The counter that stands first is none of them.
+  assert.equal(await rows.count(), 6);
+  assert.match(readFileSync(board, "utf8"), /\{sequence\},\{value c/);
+  assert.deepEqual(complaints, []);
+});
+
 test("a run is recorded from the page, and no notice moves a button", { skip: mock }, async (context) => {
   const folder = mkdtempSync(join(tmpdir(), "taxel-page-"));
   context.after(() => rmSync(folder, { recursive: true }));

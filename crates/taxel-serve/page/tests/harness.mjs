@@ -46,7 +46,7 @@ export function launch() {
 
 /** Starts a server; gives its URL, and a function that ends it. */
 export async function started(command, commandArguments, options = {}) {
-  const server = spawn(command, commandArguments, { stdio: ["ignore", "pipe", "pipe"], ...options });
+  const server = spawn(command, commandArguments, { stdio: ["ignore", "pipe", "pipe"], env: { ...process.env, TAXEL_STATE: "" }, ...options });
   const exited = new Promise((resolve) => server.once("exit", resolve));
   let errors = "";
   server.stderr.on("data", (text) => (errors += text));

@@ -343,6 +343,7 @@ const MEANINGS = {
 const hello = {
   type: "hello",
   protocol: 5,
+  trained_m: null,
   name: { 1: "three-axis capacitive array 8x8", 2: "fingertip map 28x28", 3: "one component 2x4" }[kind],
   source: kind === 2 ? "replay:fingertip.csv" : "sim:finger.toml",
   version: "0.0.0",

@@ -4,6 +4,7 @@ use taxel::estimation::{RestRefused, State, TaxelTouch};
 use taxel_recording::mcap::{RestKind, RestMessage};
 
 use super::{Pump, StartTare};
+use crate::last_zero::{LastZero, Verdict};
 use crate::message::{self, Tare};
 use crate::record::{rest_message, rest_of};
 use crate::shared::{REST, TARES};
@@ -13,6 +14,11 @@ use crate::tare::By;
 const RESTORED: &str = "as recorded";
 
 impl Pump {
+    /// The zero of the last run is compared with that of the start.
+    pub(crate) fn compare_zeros(&mut self, last_zero: Option<LastZero>) {
+        self.last_zero = last_zero;
+    }
+
     pub(super) fn tare_at_start(&mut self) {
         let kind = match self.options.start_tare {
             StartTare::Automatic if self.session.estimator().rules().rest.at_start => {
@@ -76,6 +82,7 @@ impl Pump {
                 }
             }
             self.owed.settle();
+            self.compare_with_last_zero(by);
             return self.tell_rest();
         };
         let message = refused.to_string();
@@ -95,6 +102,28 @@ impl Pump {
             }
         }
         self.tell_rest();
+    }
+
+    /// Compares the zero at the start with that of the last run, and says if something pressed by that one. Such a
+    /// zero is not kept: another run would find it alike.
+    fn compare_with_last_zero(&mut self, by: By) {
+        let Some(last_zero) = &mut self.last_zero else {
+            return;
+        };
+        let verdict = last_zero.verdict().filter(|_| by == By::Start);
+        match &verdict {
+            Some(Verdict::Doubted(words)) => {
+                self.tares.remark(words);
+                self.shared.status().notice.clone_from(words);
+                return;
+            }
+            Some(Verdict::Alike(words)) => self.tares.remark(words),
+            None => {}
+        }
+        if let Err(failure) = last_zero.keep(&self.session.rest()) {
+            (self.options.told)(&failure);
+            self.last_zero = None;
+        }
     }
 
     /// Begins a rest capture.

@@ -7,7 +7,7 @@ use super::{
     ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, PressureChip,
     ReferenceDivider, Scan, Transimpedance, VoltageAmplifier, VoltageDivider,
 };
-use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, VOLTAGE};
+use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, Noise, VOLTAGE};
 use crate::signal::NumberScale;
 
 /// The electronics as a sensor file gives them.
@@ -92,6 +92,11 @@ pub enum Stage {
 pub struct Digital {
     /// Unit of the numbers.
     pub unit: DigitalUnit,
+    /// Standard deviation of one reading of cells, in that unit, 0 to 1e9; of counts beside that of
+    /// rounding, and zero by default.
+    #[serde(default, deserialize_with = "quantity::some::<Noise, _>")]
+    #[schemars(with = "Option<Checked<Noise>>")]
+    pub noise: Option<f64>,
 }
 
 /// Unit of the numbers of a chip.
@@ -168,10 +173,13 @@ impl Electronics {
         }
     }
 
-    /// The stage that makes the numbers of a frame; none for chips with numbers of their own.
+    /// The stage that makes the numbers of a frame; none where a converter is missing.
     pub fn last_stage(&self) -> Option<LastStage> {
         match self.readout {
-            Readout::Digital(_) => None,
+            Readout::Digital(chips) => {
+                let numbers = Measured::of_numbers(chips.unit.symbol(), chips.noise.unwrap_or(0.0));
+                Some(LastStage::Instrument(numbers))
+            }
             Readout::Measured(measured) => Some(LastStage::Instrument(measured)),
             Readout::PressureChip(chip) => Some(LastStage::Instrument(chip.instrument())),
             _ => self.converter.map(LastStage::Converter),

@@ -45,6 +45,7 @@ impl LastStage {
                 let number = match input {
                     _ if input <= low => low,
                     _ if input >= high => high,
+                    _ if measured.step() > 0.0 => input.round(),
                     _ => input,
                 };
                 Delivered {
@@ -74,11 +75,12 @@ impl LastStage {
             },
             Self::Instrument(measured) => NumberScale {
                 ends: measured.ends(),
-                step: LARGEST_STEP
-                    * measured
-                        .deviations()
-                        .into_iter()
-                        .fold(f64::INFINITY, f64::min),
+                step: if measured.step() > 0.0 {
+                    measured.step()
+                } else {
+                    let noises = measured.deviations().into_iter();
+                    LARGEST_STEP * noises.fold(f64::INFINITY, f64::min)
+                },
                 ..NumberScale::VALUES
             },
         }
@@ -96,24 +98,23 @@ impl LastStage {
     pub fn step(&self) -> f64 {
         match self {
             Self::Converter(converter) => converter.step(),
-            Self::Instrument(_) => 0.0,
+            Self::Instrument(measured) => measured.step(),
         }
     }
 
     /// Standard deviation that this stage adds to a reading, SI: rounding to counts, or the
     /// noise of the instrument.
     pub fn deviation(&self) -> f64 {
-        match self {
-            Self::Converter(converter) => converter.step() / 12.0_f64.sqrt(),
-            Self::Instrument(measured) => measured.deviation(),
-        }
+        self.deviation_along(2)
     }
 
     /// The same of a reading along x, y or z, for an element with axes.
     pub fn deviation_along(&self, axis: usize) -> f64 {
         match self {
-            Self::Converter(_) => self.deviation(),
-            Self::Instrument(measured) => measured.deviations()[axis],
+            Self::Converter(converter) => converter.step() / 12.0_f64.sqrt(),
+            Self::Instrument(measured) => {
+                measured.deviations()[axis].hypot(measured.step() / 12.0_f64.sqrt())
+            }
         }
     }
 

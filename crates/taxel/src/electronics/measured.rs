@@ -24,6 +24,14 @@ static GIVEN: [(&Dimension, Quantity); 6] = [
     (&STRESS, Quantity::Pressure),
 ];
 
+/// A number without a unit, as chips with a converter of their own give it.
+pub static NUMBER: Dimension = Dimension {
+    name: "a plain number",
+    units: &[("counts", 1.0), ("raw", 1.0)],
+    si: "counts",
+    sizes: [1e-15, 1e15],
+};
+
 /// An instrument whose numbers are the physical quantity: a capacitance-to-digital
 /// chip, an LCR meter, a DAQ card, a charge meter, a board that gives newtons.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
@@ -83,6 +91,7 @@ impl MeasuredUnit {
             Quantity::Charge => "c",
             Quantity::Force => "n",
             Quantity::Pressure => "pa",
+            Quantity::Counts => "",
             _ => "v",
         }
     }
@@ -146,6 +155,11 @@ pub struct Stated {
 
 impl Stated {
     fn parse(text: &str) -> Result<Self, String> {
+        Self::with_unit(text).map(|(stated, _)| stated)
+    }
+
+    /// The same, and the unit in which it is stated.
+    pub(crate) fn with_unit(text: &str) -> Result<(Self, &'static str), String> {
         let symbol = text.trim().trim_start_matches(|c: char| {
             c.is_ascii_digit() || matches!(c, '+' | '-' | '.') || c.is_whitespace()
         });
@@ -154,16 +168,17 @@ impl Stated {
             .trim_start_matches(|c: char| {
                 c.is_ascii_digit() || matches!(c, '+' | '-') || c.is_whitespace()
             });
-        let dimension = MeasuredUnit::find(symbol)
-            .map(|unit| unit.dimension)
-            .ok_or_else(|| {
+        let unit = MeasuredUnit::find(symbol).ok_or_else(|| {
                 format!(
                     "\"{text}\" is no number with the unit of a reading{HELP}write it such as \"1.5 pF\"; units: {}",
                     all_symbols()
                 )
             })?;
-        let value = dimension.read_sized(text)?;
-        Ok(Self { value, dimension })
+        let stated = Self {
+            value: unit.dimension.read_sized(text)?,
+            dimension: unit.dimension,
+        };
+        Ok((stated, unit.symbol))
     }
 }
 
@@ -301,6 +316,30 @@ impl Measured {
             range: range.map(stated),
             stage: None,
         }
+    }
+
+    /// Chips whose numbers are taken as they are, with this noise: no number is at an end.
+    pub(super) fn of_numbers(symbol: &'static str, noise: f64) -> Self {
+        let stated = |value| Stated {
+            value,
+            dimension: &NUMBER,
+        };
+        Self {
+            unit: MeasuredUnit {
+                dimension: &NUMBER,
+                symbol,
+                si_per_unit: 1.0,
+                quantity: Quantity::Counts,
+            },
+            noise: Noises([stated(noise); 3]),
+            range: [f64::NEG_INFINITY, f64::INFINITY].map(stated),
+            stage: None,
+        }
+    }
+
+    /// Step of the numbers, SI: one count; zero of an instrument, whose noise has that of its digits.
+    pub fn step(&self) -> f64 {
+        f64::from(u8::from(self.unit.symbol == "counts"))
     }
 
     /// Standard deviation of one reading, SI.

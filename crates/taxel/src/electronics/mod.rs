@@ -24,7 +24,7 @@ pub use front_end::{
     CapacitanceBoard, Digital, DigitalUnit, Electronics, Readout, Stage, times_in_another_unit,
 };
 pub use last_stage::{Delivered, LastStage};
-pub use measured::{Measured, MeasuredUnit, Noises, Stated};
+pub use measured::{Measured, MeasuredUnit, NUMBER, Noises, Stated};
 pub use output::Output;
 pub use pressure_chip::PressureChip;
 pub use scan::{Multiplexed, RowParallel, Scan};

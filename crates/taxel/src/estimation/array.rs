@@ -188,6 +188,12 @@ impl ArrayEstimator {
         self.reader.meaning()
     }
 
+    /// Where a trained device was pressed in training: from and to along x and y, m. None of
+    /// devices that know their whole area.
+    pub fn trained_area(&self) -> Option<[[f64; 2]; 2]> {
+        self.reader.trained_area()
+    }
+
     /// Rules for this device.
     pub fn rules(&self) -> &Rules {
         &self.rules
@@ -560,21 +566,23 @@ impl ArrayEstimator {
                 (cell.deviation, cell.threshold) = (cell.weight, 0.0);
                 continue;
             }
-            let value = taxel.pressed();
+            let held = self.reader.held(index, taxel.pressed());
+            let [value, deviation] =
+                held.unwrap_or_else(|| [taxel.pressed(), taxel.pressed_deviation()]);
             cell.weight = if taxel.counted { value } else { f64::NAN };
             cell.certainty = if taxel.state.is_bound() {
                 Certainty::AtLeast
             } else {
                 Certainty::Exact
             };
-            cell.deviation = taxel.pressed_deviation();
+            cell.deviation = deviation;
             (cell.force, cell.force_covariance) = if vector {
                 (taxel.value, taxel.covariance)
             } else {
                 let force = [0.0, 0.0, value * newtons];
                 (force, normal_only(cell.deviation * newtons))
             };
-            let noise = by_noise(&*self.reader, index, taxel);
+            let noise = self.reader.by_noise(index).unwrap_or(deviation);
             cell.noise = if vector { noise } else { noise * newtons };
             cell.threshold = match self.rules.threshold {
                 // Electrodes that touch each other are touch already.

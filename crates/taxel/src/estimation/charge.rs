@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::charge_balance::{ChargeBalance, Leak, Shown};
+use super::charge_balance::{ChargeBalance, LEAK, Leak, Shown};
 use super::contact::Cell;
 use super::last_positions::LastPositions;
 use super::localisation::Localiser;
@@ -98,6 +98,7 @@ pub struct ChargeReader {
     /// Where charge leaks.
     balance: Option<ChargeBalance>,
     kept: Vec<Kept>,
+    held: Vec<Held>,
     /// What the baseline takes, V, and where it takes nothing.
     empty: Vec<f64>,
     occupied: Vec<bool>,
@@ -164,6 +165,7 @@ impl ChargeReader {
                 })
             }),
             kept: vec![Kept::default(); taxels],
+            held: vec![Held::default(); taxels],
             empty: vec![f64::NAN; taxels],
             occupied: vec![false; taxels],
             last_time_ns: None,
@@ -211,6 +213,7 @@ impl ChargeReader {
             balance.forget();
         }
         self.kept.fill(Kept::default());
+        self.held.fill(Held::default());
     }
 
     /// Change of force on an element after a change of its voltage; `other` is
@@ -255,7 +258,9 @@ impl ChargeReader {
         let kept = &mut self.kept[index];
         let offset = self.rest[index] + known.drift(index);
         let offset = [offset, known.drift_variance(index)];
-        let shown = balance.push(index, output, offset, estimated - kept.force);
+        let held = &mut self.held[index];
+        let force = estimated - kept.force + held.taken;
+        let shown = balance.push(index, output, offset, force);
         let (offset, rest) = match shown {
             Shown::Nothing => (None, None),
             Shown::Faded => (output, None),
@@ -268,7 +273,39 @@ impl ChargeReader {
             return estimated - kept.force;
         };
         kept.learn(estimated, force * (-age / guard).exp());
+        *held = Held::default();
         estimated - kept.force
+    }
+
+    /// Takes what the guard takes in `elapsed` seconds of the force on an element, of which `offset`
+    /// and noise of the readings are deviations, N: F = F̂ + ∫F̂ dt/T. What was held fades as
+    /// well once the touch is over.
+    fn hold(
+        &mut self,
+        index: usize,
+        touched: bool,
+        elapsed: f64,
+        [force, offset, noise]: [f64; 3],
+    ) {
+        let share = elapsed / self.options.drift_guard;
+        let held = &mut self.held[index];
+        if !touched {
+            let stays = (-share).exp();
+            held.taken *= stays;
+            held.offset *= stays;
+            held.walk *= stays * stays;
+            return;
+        }
+        held.taken += share * force;
+        if self.model.high_pass.is_finite() {
+            held.offset += share * offset;
+            let step = self.gains.offset / self.options.drift_guard * noise;
+            held.walk += self.model.period * elapsed * step * step;
+        } else {
+            // The guard is there because nobody knows how such a meter drifts: all that it takes
+            // may be drift.
+            held.offset += share * force.abs();
+        }
     }
 
     /// Number and positions of the contacts by their profiles, better than by centres
@@ -422,6 +459,13 @@ impl Reader for ChargeReader {
             let whole = usable && !missed && state != State::Saturated && volts.is_finite();
             let output = whole.then_some(volts);
             let force = self.since_rest(index, output, known, value / gain);
+            if let (Some(elapsed), State::Ok) = (elapsed, state) {
+                let touched = touch.regions[index].is_some();
+                let noise = known.noise[index] / gain;
+                self.hold(index, touched, elapsed, [force, offset / gain, noise]);
+            } else {
+                self.held[index] = Held::default();
+            }
             let deviation = deviation.hypot(self.model.gain_deviation * force);
             touch.taxels[index] = TaxelTouch::pressing(force, deviation, state);
         }
@@ -438,6 +482,24 @@ impl Reader for ChargeReader {
 
     fn empty(&self) -> Option<&[f64]> {
         Some(&self.empty)
+    }
+
+    /// Without what the gain is not known by, which stays the same.
+    fn by_noise(&self, taxel: usize) -> Option<f64> {
+        let held = &self.held[taxel];
+        let leak = if self.model.high_pass.is_finite() {
+            LEAK * held.taken
+        } else {
+            0.0
+        };
+        let parts = [self.deviations[taxel], held.offset, held.walk.sqrt(), leak];
+        Some(parts.into_iter().fold(0.0, f64::hypot))
+    }
+
+    fn held(&self, taxel: usize, value: f64) -> Option<[f64; 2]> {
+        let force = value + self.held[taxel].taken;
+        let gain = self.model.gain_deviation * force;
+        Some([force, self.by_noise(taxel)?.hypot(gain)])
     }
 
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
@@ -466,6 +528,18 @@ impl Kept {
         self.frames += 1.0;
         self.force += (estimated - force - self.force) / self.frames;
     }
+}
+
+/// What the guard has taken of the force on an element since it was touched, and how well that is
+/// known: the less, the longer it is held.
+#[derive(Debug, Clone, Copy, Default)]
+struct Held {
+    /// Force, N.
+    taken: f64,
+    /// Standard deviation of what was taken by the offset, N, which is the same all the time.
+    offset: f64,
+    /// Its variance by noise, N².
+    walk: f64,
 }
 
 /// Facts of each channel, in the numbers of a frame.

@@ -103,7 +103,7 @@ const SAME: f64 = 4.0;
 /// noise is less than a third of one.
 const STEPS: f64 = 0.25;
 /// What the time constant of the high-pass is not known by, as a share of it.
-const LEAK: f64 = 0.02;
+pub(super) const LEAK: f64 = 0.02;
 /// An offset is measured where the time constant leaves open no more than this many deviations of a reading.
 const BIAS: f64 = 0.5;
 /// A moment is remembered for a force that is known to this share of what matters.

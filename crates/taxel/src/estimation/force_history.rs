@@ -21,9 +21,6 @@ pub struct HistoryOptions {
     /// A contact that comes back to its position within this time, s, goes on with
     /// its history: so a load that lifts off is cyclic too; default 1.
     pub longest_break: f64,
-    /// Time constant, s, with which the stated force of a held load fades; default infinite. What
-    /// has faded is added again, or else a step would be less than the change of the force.
-    pub fades: f64,
 }
 
 impl Default for HistoryOptions {
@@ -36,7 +33,6 @@ impl Default for HistoryOptions {
             regularity: 0.15,
             longest_pause: 0.1,
             longest_break: 1.0,
-            fades: f64::INFINITY,
         }
     }
 }
@@ -92,8 +88,6 @@ pub(super) struct ForceHistory {
     options: HistoryOptions,
     begin_ns: u64,
     last: Option<Point>,
-    /// Force that has faded.
-    faded: f64,
     /// Since the last valley.
     samples: Vec<Point>,
     rising: bool,
@@ -224,7 +218,6 @@ impl ForceHistory {
             options,
             begin_ns: time_ns,
             last: None,
-            faded: 0.0,
             samples: vec![start],
             rising: true,
             valley: start,
@@ -254,15 +247,8 @@ impl ForceHistory {
         let deviation = spread.whole;
         let time = time_ns.saturating_sub(self.begin_ns) as f64 * 1e-9;
         let pause = self.last.map_or(0.0, |last| time - last.time);
-        self.faded += force * pause / self.options.fades;
         let paused = pause > self.options.longest_pause;
-        if paused {
-            self.faded = 0.0;
-        }
-        let point = Point {
-            time,
-            force: force + self.faded,
-        };
+        let point = Point { time, force };
         if paused {
             self.begin_anew(point);
         }
@@ -295,7 +281,7 @@ impl ForceHistory {
             self.extreme = nothing;
         }
         (self.plateau, self.held, self.before) = (Plateau::default(), None, None);
-        (self.faded, self.unseen) = (0.0, false);
+        self.unseen = false;
     }
 
     /// Follows rises and falls.
@@ -542,13 +528,13 @@ struct Parabola {
 }
 
 impl Parabola {
-    /// Through at least four forces; times are counted from `highest`.
+    /// Through at least three forces, of which three leave no scatter; times are counted from `highest`.
     fn through<'a>(
         points: &(impl Iterator<Item = &'a Point> + Clone),
         highest: Point,
     ) -> Option<Self> {
         let count = points.clone().count();
-        if count < 4 {
+        if count < 3 {
             return None;
         }
         let span = points
@@ -578,7 +564,7 @@ impl Parabola {
             let left = point.force - highest.force - along(&row(point), &found);
             left * left
         });
-        let scatter = squares.sum::<f64>() / (count - 3) as f64;
+        let scatter = squares.sum::<f64>() / (count - 3).max(1) as f64;
         let times = || points.clone().map(|point| row(point)[1]);
         let [first, last] = [
             times().fold(f64::INFINITY, f64::min),

@@ -353,6 +353,12 @@ pub trait Reader: Any + Send {
         None
     }
 
+    /// The force that is held on a taxel whose `value` fades, with its standard deviation, SI; none
+    /// where values do not fade.
+    fn held(&self, _taxel: usize, _value: f64) -> Option<[f64; 2]> {
+        None
+    }
+
     /// Variance of the sum of the counted values, which is `sum`, SI squared, where their errors
     /// are not independent; none where they are.
     fn sum_variance(&self, _sum: f64) -> Option<f64> {
@@ -362,6 +368,12 @@ pub trait Reader: Any + Send {
     /// How much a total force says that is no sum of taxels.
     fn total_certainty(&self) -> Certainty {
         Certainty::Exact
+    }
+
+    /// Where a trained device was pressed in training: from and to along x and y, m. None of
+    /// devices that know their whole area.
+    fn trained_area(&self) -> Option<[[f64; 2]; 2]> {
+        None
     }
 
     /// False for a taxel that the device does not have: nothing presses there.

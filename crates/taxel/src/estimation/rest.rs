@@ -119,6 +119,18 @@ pub enum RestRefused {
     },
 }
 
+impl RestRefused {
+    /// Where something presses, and how much, in words; empty for other reasons.
+    pub fn place(&self) -> String {
+        match self {
+            Self::Touched {
+                row, column, force, ..
+            } => format!("row {row}, column {column}{force}"),
+            _ => String::new(),
+        }
+    }
+}
+
 /// Rest values in force, to be put back later bit for bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {

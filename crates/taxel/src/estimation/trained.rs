@@ -709,6 +709,11 @@ impl Reader for TrainedReader {
         &self.channels
     }
 
+    fn trained_area(&self) -> Option<[[f64; 2]; 2]> {
+        let surface = &self.maps.position.as_ref()?.surface;
+        Some([0, 1].map(|axis| surface.range(axis)))
+    }
+
     fn rules(&self) -> Rules {
         let without_force = "these positions are learned from readings as they come";
         Rules {

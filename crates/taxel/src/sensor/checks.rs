@@ -138,6 +138,15 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
             "add a table [electronics.converter] with bits and range, as in the shipped files",
         );
     };
+    require(
+        !matches!(
+            sensor.electronics.readout,
+            Readout::Digital(_) | Readout::PressureChip(_)
+        ),
+        "electronics.converter",
+        || "these chips deliver numbers: they have a converter of their own".into(),
+        "leave the table out",
+    )?;
     let [low, high] = converter.range;
     require(
         (1..=32).contains(&converter.bits),

@@ -5,7 +5,7 @@ use crate::mechanics::{CellGeometry, SectionShape, SolvedCell};
 use crate::of_drawing::{SOLVER_VERSION, digits};
 
 /// Raised whenever mesh, steps or points of the solution change.
-const METHOD: u32 = 3;
+const METHOD: u32 = 4;
 
 impl SolvedCell {
     /// The solution of a cell; `what` names it in words.

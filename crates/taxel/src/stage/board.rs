@@ -1,7 +1,7 @@
 //! The board behind a network: first stage, last stage and scan.
 
 use super::{CellQuantity, ChainPart, ReadoutLaw};
-use crate::electronics::{self, ChargeAmplifier, Electronics, LastStage, Scan};
+use crate::electronics::{self, ChargeAmplifier, Electronics, LastStage, NUMBER, Scan};
 use crate::quantity::{CAPACITANCE, CONDUCTANCE, STRESS, VOLTAGE};
 use crate::signal::NumberScale;
 
@@ -94,6 +94,7 @@ impl Board {
             Some(dimension) if *dimension == CAPACITANCE => vec!["charge_amplifier", "measured"],
             Some(dimension) if *dimension == CONDUCTANCE => vec!["transimpedance"],
             Some(dimension) if *dimension == STRESS => vec!["pressure_chip", "measured"],
+            Some(dimension) if *dimension == NUMBER => vec!["digital"],
             Some(_) => vec!["measured"],
             None => vec!["reference_divider"],
         };

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{
     CellLaw, ChainPart as _, Cover, Creep, LayeredRubber, Memory, NetworkDescription,
-    PartParameter, Parts, PressurePort, Resistor,
+    PartParameter, Parts, Points, PressurePort, Resistor,
 };
 use crate::mechanics::{ForceAxes, RelaxationTerm};
 use crate::quantity::{self, Checked, Fraction, PositiveStress};
@@ -48,13 +48,15 @@ pub struct Share(
 );
 
 /// Law of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CellDescription {
     /// A resistor that a pressure closes.
     Resistor(Resistor),
     /// The port of a pressure chip.
     PressurePort(PressurePort),
+    /// A cell that was measured: its readings at pressures that rise from zero.
+    Points(Points),
 }
 
 impl Cells {
@@ -62,6 +64,7 @@ impl Cells {
         match &mut self.cell {
             CellDescription::Resistor(cell) => cell,
             CellDescription::PressurePort(cell) => cell,
+            CellDescription::Points(cell) => cell,
         }
     }
 

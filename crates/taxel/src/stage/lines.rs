@@ -109,6 +109,10 @@ impl Network for Lines {
         Box::new(*self)
     }
 
+    fn takes(&self, of_cell: CellQuantity) -> bool {
+        of_cell.dimension == Some(&CONDUCTANCE)
+    }
+
     fn quantity(&self, _: CellQuantity) -> CellQuantity {
         match self.network().wiring {
             LineWiring::Floating => CellQuantity {

@@ -26,6 +26,7 @@ mod lines;
 mod memory;
 mod one_to_one;
 mod own;
+mod points;
 mod pressure_port;
 mod resistor;
 
@@ -48,6 +49,7 @@ pub use lines::{Lines, NetworkDescription};
 pub use memory::Creep;
 pub use one_to_one::OneToOne;
 pub use own::{OwnElement, OwnParts};
+pub use points::{Point, PointReading, Points};
 pub use pressure_port::PressurePort;
 pub use resistor::{Conductance, Resistor};
 
@@ -231,6 +233,11 @@ pub trait CellLaw: ChainPart {
         searched(|load| self.value(load), value, largest)
     }
 
+    /// The load at which the law ends, Pa or N; infinite of a law for all loads.
+    fn largest(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// What a value with this standard deviation says of a load up to `largest`. Where a curve is
     /// steep at rest its slope says nothing, so that by default the interval is the image of the
     /// 95 % interval of the value.
@@ -352,6 +359,12 @@ pub trait Network: ChainPart {
     fn joins(&self, count: usize) -> Result<(), PartError> {
         let _ = count;
         Ok(())
+    }
+
+    /// Whether it joins cells with values of this kind.
+    fn takes(&self, of_cell: CellQuantity) -> bool {
+        let _ = of_cell;
+        true
     }
 
     /// What the signals are.

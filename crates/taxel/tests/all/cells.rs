@@ -356,3 +356,151 @@ fn mistakes_are_shown_at_their_key() {
     let error = Sensor::parse("mat.toml", &other).unwrap_err();
     assert!(error.to_string().contains("transimpedance"), "{error}");
 }
+
+/// A raw board of 12 x 32 cells with whole counts of 8 bits, as people have it: no electronics but
+/// what the cells read at known pressures.
+fn raw_board(points: &str) -> Sensor {
+    let text = format!(
+        r#"
+schema = 2
+name = "raw mat"
+array = {{ rows = 12, columns = 32, pitch = "10 mm", mount = "flat" }}
+[element.cells]
+full_scale = "60 kPa"
+cell.points = [{points}]
+[electronics]
+frame_rate = "50 Hz"
+scan = "simultaneous"
+readout = {{ digital = {{ unit = "counts", noise = 0.4 }} }}
+"#
+    );
+    Sensor::parse("raw.toml", &text).unwrap()
+}
+
+const RISING: &str = r#"
+    { pressure = "0 kPa", reading = 3 }, { pressure = "10 kPa", reading = 60 },
+    { pressure = "30 kPa", reading = 140 }, { pressure = "80 kPa", reading = 255 }"#;
+const FALLING: &str = r#"
+    { pressure = "0 kPa", reading = 250.0 }, { pressure = "20 kPa", reading = 90 },
+    { pressure = "80 kPa", reading = 0 }"#;
+
+/// Counts of a board become kilopascals and newtons by the points alone, whatever each cell reads at
+/// rest and whichever way its readings go.
+#[test]
+fn counts_of_a_raw_board_become_kilopascals_and_newtons() {
+    for (points, rest, pressed, end) in [(RISING, 3.0, 140.0, 255.0), (FALLING, 250.0, 90.0, 0.0)] {
+        let sensor = raw_board(points);
+        let mut session = session(&sensor);
+        session.begin_rest_capture(50);
+        // Each cell has an offset of its own, and one count of flicker now and then.
+        let offset = |cell: usize| (cell % 3) as f64;
+        let mut push = |sequence: u64, change: f64| {
+            let flicker =
+                |cell: usize| f64::from(u8::from((cell as u64 + 7 * sequence).is_multiple_of(11)));
+            let values = (0..384).map(|cell| {
+                let moved = if cell == 100 { change } else { 0.0 };
+                let reading = rest - offset(cell) * f64::from(u8::from(cell != 100)) + moved;
+                (reading + if cell == 100 { 0.0 } else { -flicker(cell) }).max(0.0)
+            });
+            let frame = Frame {
+                sequence,
+                time_ns: 20_000_000 * sequence,
+                values: values.collect(),
+                ..Frame::default()
+            };
+            session.push(&frame).unwrap();
+            session.estimator().touch().clone()
+        };
+        for sequence in 0..50 {
+            push(sequence, 0.0);
+        }
+        let touch = push(50, pressed - rest);
+        let at = if rest < pressed { 30e3 } else { 20e3 };
+        let cell = touch.taxels[100];
+        assert_eq!(cell.state, State::Ok);
+        // The curve goes through its points: what is left is half a count of some 3 to 4 a kPa.
+        assert!((cell.pressed() - at).abs() < 0.5e3, "{cell:?}");
+        assert!(cell.pressed_deviation() < 0.5e3, "{cell:?}");
+        assert_eq!(touch.contacts.len(), 1);
+        // On a pitch of 1 cm².
+        let force = touch.contacts[0].force[2];
+        assert!((force - at * 1e-4).abs() < 0.05, "{force}");
+        // The last number of the board is that of any greater pressure.
+        let most = push(51, end - rest).taxels[100];
+        assert_eq!(most.state, State::OutOfRange, "{most:?}");
+        assert!(most.pressed() >= 55e3, "{most:?}");
+    }
+}
+
+#[test]
+fn points_are_checked_where_they_stand() {
+    let point = |pressure: f64, reading: &str| {
+        format!("{{ pressure = \"{pressure} kPa\", reading = {reading} }}")
+    };
+    let file = |points: &[String]| {
+        let text = Sensor::shipped_text("pressure-chips-1x8").unwrap();
+        let (head, rest) = text
+            .split_once("[element.cells.cell.pressure_port]")
+            .unwrap();
+        let (_, rest) = rest.split_once("[element.cells.cover]").unwrap();
+        let (cover, _) = rest.split_once("[electronics.readout").unwrap();
+        let cover = cover.replace("cover_thickness = 0.03", "gain = 0.1");
+        let cells = head.replace(
+            "[element.cells]",
+            &format!("[element.cells]\ncell.points = [{}]", points.join(", ")),
+        );
+        format!(
+            "{cells}[element.cells.cover]{cover}[electronics.readout]\ndigital = {{ unit = \"counts\" }}\n"
+        )
+    };
+    let sound = file(&[point(0.0, "0"), point(5.0, "80"), point(20.0, "200")]);
+    let sensor = Sensor::parse("points.toml", &sound).unwrap();
+    let chain = sensor.cells().unwrap().chain().clone();
+    assert_eq!(chain.cell(0).value(5e3), 80.0);
+    for (text, key, message) in [
+        (
+            file(&[point(0.0, "0")]),
+            "element.cells.cell.points",
+            "needs 2 points",
+        ),
+        (
+            file(&[point(1.0, "0"), point(20.0, "9")]),
+            "element.cells.cell.points",
+            "first point",
+        ),
+        (
+            file(&[point(0.0, "0"), point(5.0, "80"), point(20.0, "70")]),
+            "element.cells.cell.points",
+            "must always rise or always fall",
+        ),
+        (
+            file(&[point(0.0, "0"), point(20.0, "\"3 pF\"")]),
+            "element.cells.cell.points",
+            "one reading is a plain number, another a capacitance",
+        ),
+        (
+            file(&[point(0.0, "0"), point(9.0, "9")]),
+            "element.cells.full_scale",
+            "last point",
+        ),
+        (
+            sound.replace(
+                "[electronics]",
+                "[electronics]\nconverter = { bits = 8, range = [\"0 V\", \"1 V\"] }",
+            ),
+            "electronics.converter",
+            "converter of their own",
+        ),
+        (
+            file(&[point(0.0, "\"9 kohm\""), point(20.0, "\"2 kohm\"")])
+                .replace("[element.cells]", "[element.cells]\nnetwork = \"floating\"")
+                .replace("digital = { unit = \"counts\" }", OHMS),
+            "element.cells.network",
+            "joins resistors alone",
+        ),
+    ] {
+        let error = Sensor::parse("points.toml", &text).unwrap_err();
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.to_string().contains(message), "{error}");
+    }
+}

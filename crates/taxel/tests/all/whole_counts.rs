@@ -1,7 +1,7 @@
 //! Readings in whole counts: a cell that toggles between two of them is not touched, and one that
 //! stands still is not broken.
 
-use taxel::acquisition::{Frame, Quantity, SignalUnit, Stream};
+use taxel::acquisition::{Frame, Quantity, SignalUnit, Stimulus, Stream, Twin};
 use taxel::estimation::{MapNoise, MapOptions, State, TouchSession};
 use taxel::sensor::Sensor;
 use taxel_numerics::Noise;
@@ -300,4 +300,29 @@ fn readings_that_fall_under_pressure_are_pressed() {
     assert_eq!(run.contacts, 1);
     // Within a count of rounding at each end and four of noise.
     assert!((run.session.estimator().touch().taxels[0].pressed() - 40.0).abs() < 3.0);
+}
+
+/// Which shipped sensors state a larger deviation because a reading is no surer than a third of a step:
+/// `cargo test -p taxel --test all shipped_boards_of_coarse_steps -- --nocapture`.
+#[test]
+#[allow(clippy::print_stdout, reason = "the list is what is asked for")]
+fn shipped_boards_of_coarse_steps_state_at_most_a_sixth_more() {
+    for name in Sensor::shipped_names() {
+        let sensor = Sensor::shipped(name).unwrap();
+        let device = sensor.device().unwrap();
+        let script = Stimulus::parse("press", Stimulus::shipped_text("press").unwrap()).unwrap();
+        // A body that is not trained has no twin.
+        let Ok(twin) = Twin::new(&sensor, &script, 1) else {
+            continue;
+        };
+        let reader = device.reader(&twin.stream()).unwrap();
+        let grows =
+            |facts: &taxel::estimation::ChannelFacts| facts.resolution / 3.0 / facts.deviation;
+        let most = reader.channels().iter().map(grows).fold(0.0, f64::max);
+        if most > 1.0 {
+            println!("{name}: {most:.3} times");
+        }
+        // A third of a step over rounding alone, which is 1/√12 of it.
+        assert!(most < 12.0_f64.sqrt() / 3.0 + 1e-12, "{name}: {most}");
+    }
 }

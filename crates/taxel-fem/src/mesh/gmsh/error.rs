@@ -146,16 +146,6 @@ pub enum GmshError {
         /// Tag of the node.
         node: i64,
     },
-    /// An element belongs to a group without a name.
-    #[error("{line}: physical group {tag} of dimension {dimension} has no name; name it in Gmsh")]
-    UnnamedGroup {
-        /// Line of the element.
-        line: Position,
-        /// Dimension of the group.
-        dimension: usize,
-        /// Tag of the group.
-        tag: i64,
-    },
     /// A cell belongs to no group, so to no region.
     #[error(
         "{line}: the cell belongs to no physical group; put every surface (in space: volume) in a named one"
@@ -194,15 +184,9 @@ pub enum GmshError {
         /// Name of the set.
         name: String,
     },
-    /// One name means a surface and a set of nodes.
-    #[error("\"{name}\" names groups of different dimensions; give each its own name")]
-    MixedName {
-        /// The name.
-        name: String,
-    },
     /// A plane mesh leaves its plane, which is one of two axes.
     #[error(
-        "{line}: node {node} is {off:.3e} out of the plane of the mesh; put all nodes of a plane mesh at one x, y or z"
+        "{line}: node {node} is {off:.3e} out of the plane of the mesh, which has no element of volume: a shell is not solved; mesh its volume (in Gmsh: Surface Loop, Volume and Mesh 3, or -3), or put all nodes of a plane mesh at one x, y or z"
     )]
     NotPlane {
         /// Line of the element.

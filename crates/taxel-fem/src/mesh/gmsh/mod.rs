@@ -11,6 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::promote::{Middles, key, promote};
 use super::{CellShape, Facet, LowerCell, Mesh};
+use crate::scalar::determinant;
 use parse::{Element, Raw};
 use wedge::Wedges;
 
@@ -22,6 +23,8 @@ pub struct Drawing {
     /// Axis of the file (0 is x) along each coordinate of the mesh: a plane mesh may be drawn at
     /// one x, y or z, and keeps the two other axes in their order.
     pub axes: Vec<usize>,
+    /// Number of cells whose order the file gives inside out; they have been turned.
+    pub turned: usize,
 }
 
 /// Reads the text of a mesh, see [`read_file`].
@@ -46,11 +49,11 @@ pub fn read(text: &str) -> Result<Mesh, GmshError> {
 
 /// Reads the bytes of a file, text or binary.
 ///
-/// Elements of the highest dimension become cells, their named physical group the region.
-/// Named groups of one dimension less become surfaces, of fewer dimensions sets of nodes.
-/// Lower elements without a group are passed over, as are nodes of no cell. Cells of
-/// first order, and incomplete ones of second order, are completed. Plane cells drawn
-/// clockwise are turned. A wedge is cut into three tetrahedra (Dompierre et al. 1999). A surface
+/// Elements of the highest dimension become cells, their physical group the region. Groups of one
+/// dimension less become surfaces, of fewer dimensions sets of nodes; a group without a name is
+/// called by its number. Lower elements without a group are passed over, as are nodes of no cell.
+/// Cells of first order, and incomplete ones of second order, are completed. Cells in an order
+/// that is inside out are turned. A wedge is cut into three tetrahedra (Dompierre et al. 1999). A surface
 /// inside gets the sides of the cells that come first.
 ///
 /// # Errors
@@ -69,21 +72,16 @@ pub fn read_file(bytes: &[u8]) -> Result<Drawing, GmshError> {
         numbers: HashMap::new(),
         points: Vec::new(),
         regions: Vec::new(),
+        turned: 0,
     };
     let (mut mesh, middles) = import.cells()?;
     import.surfaces(&mut mesh)?;
     import.node_sets(&mut mesh, &middles)?;
-    let both = mesh.node_sets.keys();
-    match both
-        .into_iter()
-        .find(|name| mesh.surfaces.contains_key(*name))
-    {
-        Some(name) => Err(GmshError::MixedName { name: name.clone() }),
-        None => Ok(Drawing {
-            mesh,
-            axes: import.axes,
-        }),
-    }
+    Ok(Drawing {
+        mesh,
+        axes: import.axes,
+        turned: import.turned,
+    })
 }
 
 /// Share of the size of a mesh by which its plane may be uneven: Gmsh leaves rounding.
@@ -146,6 +144,7 @@ struct Import<'a> {
     numbers: HashMap<i64, u32>,
     points: Vec<[f64; 3]>,
     regions: Vec<String>,
+    turned: usize,
 }
 
 impl<'a> Import<'a> {
@@ -154,19 +153,11 @@ impl<'a> Import<'a> {
         elements.filter(move |element| element.kind.dimension == dimension)
     }
 
-    /// Names of the groups of an element.
-    fn names(&self, element: &Element) -> Result<Vec<&'a str>, GmshError> {
-        let dimension = element.kind.dimension;
-        let name = |&tag: &i64| {
-            let name = self.raw.names.get(&(dimension, tag));
-            let name = name.map(String::as_str).filter(|name| !name.is_empty());
-            name.ok_or(GmshError::UnnamedGroup {
-                line: element.line,
-                dimension,
-                tag,
-            })
-        };
-        element.groups.iter().map(name).collect()
+    /// Names of the groups of an element; each has one.
+    fn names(&self, element: &Element) -> impl Iterator<Item = &'a str> + use<'a> {
+        let (names, dimension) = (&self.raw.names, element.kind.dimension);
+        let groups = element.groups.clone().into_iter();
+        groups.filter_map(move |tag| names.get(&(dimension, tag)).map(String::as_str))
     }
 
     fn cells(&mut self) -> Result<(Mesh, Middles), GmshError> {
@@ -182,26 +173,25 @@ impl<'a> Import<'a> {
             for &place in element.kind.order {
                 nodes.push(self.node(element, element.nodes[place])?);
             }
-            if element.kind.is_wedge() {
-                for nodes in wedges.cut(&nodes, &mut self.points) {
-                    cells.push(LowerCell {
-                        shape,
-                        region,
-                        nodes,
-                    });
-                    lines.push(element.line);
+            let parts = if element.kind.is_wedge() {
+                wedges.cut(&nodes, &mut self.points).to_vec()
+            } else {
+                vec![nodes]
+            };
+            let mut turned = false;
+            for mut nodes in parts {
+                if self.inside_out(shape, &nodes) {
+                    turn(shape, &mut nodes);
+                    turned = true;
                 }
-                continue;
+                cells.push(LowerCell {
+                    shape,
+                    region,
+                    nodes,
+                });
+                lines.push(element.line);
             }
-            if self.dimension == 2 && self.clockwise(&nodes[..element.kind.corners]) {
-                turn(shape, &mut nodes);
-            }
-            cells.push(LowerCell {
-                shape,
-                region,
-                nodes,
-            });
-            lines.push(element.line);
+            self.turned += usize::from(turned);
         }
         let hexahedra = cells.iter().zip(&lines);
         let mut hexahedra = hexahedra.filter(|(cell, _)| cell.shape == CellShape::Hex27);
@@ -217,9 +207,9 @@ impl<'a> Import<'a> {
 
     fn region(&mut self, element: &Element) -> Result<u16, GmshError> {
         let line = element.line;
-        let names = self.names(element)?;
-        let &first = names.first().ok_or(GmshError::NoRegion { line })?;
-        if let Some(&second) = names.iter().find(|&&name| name != first) {
+        let mut names = self.names(element);
+        let first = names.next().ok_or(GmshError::NoRegion { line })?;
+        if let Some(second) = names.find(|name| *name != first) {
             return Err(GmshError::SeveralRegions {
                 line,
                 first: first.to_owned(),
@@ -253,13 +243,23 @@ impl<'a> Import<'a> {
         Ok(number)
     }
 
-    /// True if the corners of a plane cell run clockwise.
-    fn clockwise(&self, corners: &[u32]) -> bool {
-        let at = |k: usize| self.points[corners[k % corners.len()] as usize];
-        let twice_area: f64 = (0..corners.len())
-            .map(|k| at(k)[0] * at(k + 1)[1] - at(k)[1] * at(k + 1)[0])
+    /// True if the corners of a cell run the wrong way round: its area or volume at the corners comes
+    /// out negative.
+    fn inside_out(&self, shape: CellShape, nodes: &[u32]) -> bool {
+        let at = |k: usize| self.points[nodes[k] as usize];
+        let corners = corners_of(shape).iter();
+        let sum: f64 = corners
+            .map(|&[corner, a, b, c]| {
+                let edge = |k: usize| std::array::from_fn(|d| at(k)[d] - at(corner)[d]);
+                let across = if shape.dimension() == 2 {
+                    [0.0, 0.0, 1.0]
+                } else {
+                    edge(c)
+                };
+                determinant(&[edge(a), edge(b), across])
+            })
             .sum();
-        twice_area < 0.0
+        sum < 0.0
     }
 
     fn surfaces(&self, mesh: &mut Mesh) -> Result<(), GmshError> {
@@ -277,7 +277,6 @@ impl<'a> Import<'a> {
             }
         }
         for element in self.elements(self.dimension - 1) {
-            let names = self.names(element)?;
             let corners = &element.nodes[..element.kind.corners];
             let numbers: Option<Vec<u32>> = corners
                 .iter()
@@ -285,7 +284,7 @@ impl<'a> Import<'a> {
                 .collect();
             let facets: Vec<Facet> =
                 numbers.map_or_else(Vec::new, |numbers| facets_of(&numbers, &sides));
-            for name in names {
+            for name in self.names(element) {
                 if facets.is_empty() {
                     return Err(GmshError::NotASide {
                         line: element.line,
@@ -306,7 +305,7 @@ impl<'a> Import<'a> {
 
     fn node_sets(&self, mesh: &mut Mesh, middles: &Middles) -> Result<(), GmshError> {
         for element in (0..self.dimension - 1).flat_map(|d| self.elements(d)) {
-            for name in self.names(element)? {
+            for name in self.names(element) {
                 let set = mesh.node_sets.entry(name.to_owned()).or_default();
                 let mut numbers = Vec::new();
                 for &tag in &element.nodes {
@@ -349,15 +348,40 @@ fn facets_of(corners: &[u32], sides: &HashMap<[u32; 8], Facet>) -> Vec<Facet> {
     both.unwrap_or_default()
 }
 
-/// Turns a plane cell over.
+/// Corners of a cell, each with its neighbours in an order that is right-handed; in the plane the last
+/// one is none.
+fn corners_of(shape: CellShape) -> &'static [[usize; 4]] {
+    match shape {
+        CellShape::Tri7 => &[[0, 1, 2, 0]],
+        CellShape::Quad9 => &[[0, 1, 3, 0], [1, 2, 0, 0], [2, 3, 1, 0], [3, 0, 2, 0]],
+        CellShape::Tet15 => &[[0, 1, 2, 3]],
+        CellShape::Hex27 => &[
+            [0, 1, 3, 4],
+            [1, 2, 0, 5],
+            [2, 3, 1, 6],
+            [3, 0, 2, 7],
+            [4, 7, 5, 0],
+            [5, 4, 6, 1],
+            [6, 5, 7, 2],
+            [7, 6, 4, 3],
+        ],
+    }
+}
+
+/// Turns a cell over, by exchanging two of its directions.
 fn turn(shape: CellShape, nodes: &mut Vec<u32>) {
     let order: &[usize] = match shape {
         CellShape::Tri7 => &[0, 2, 1, 5, 4, 3, 6],
-        _ => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
+        CellShape::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
+        CellShape::Tet15 => &[0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
+        CellShape::Hex27 => &[
+            0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17, 22, 23, 20, 21,
+            24, 25, 26,
+        ],
     };
     *nodes = order[..nodes.len()]
         .iter()
-        .map(|&place| nodes[place])
+        .map(|&position| nodes[position])
         .collect();
 }
 

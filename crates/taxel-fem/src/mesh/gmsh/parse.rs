@@ -1,6 +1,6 @@
 //! Bytes of the formats 2.2 and 4.1, as text or binary, to nodes and elements.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::error::{GmshError, Position};
 use super::reader::{Reader, Words};
@@ -137,8 +137,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, GmshError> {
         match (section.as_str(), new) {
             ("$PhysicalNames", _) => raw.names(&mut reader)?,
             ("$Entities", true) => raw.entities(&mut reader)?,
-            ("$Nodes", false) => raw.old_nodes(&mut reader)?,
-            ("$Nodes", true) => raw.new_nodes(&mut reader)?,
+            ("$PartitionedEntities", true) => raw.partitioned_entities(&mut reader)?,
+            ("$Nodes" | "$ParametricNodes", false) => raw.old_nodes(&mut reader)?,
+            ("$Nodes" | "$ParametricNodes", true) => raw.new_nodes(&mut reader)?,
             ("$Elements", false) => raw.old_elements(&mut reader)?,
             ("$Elements", true) => raw.new_elements(&mut reader)?,
             _ => {
@@ -149,10 +150,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, GmshError> {
         }
         reader.end()?;
     }
-    match raw.others.first() {
-        Some(&(code, line, count)) => Err(GmshError::UnknownType { line, code, count }),
-        None => Ok(raw),
+    if let Some(&(code, line, count)) = raw.others.first() {
+        return Err(GmshError::UnknownType { line, code, count });
     }
+    raw.name_numbers();
+    Ok(raw)
 }
 
 impl Raw {
@@ -168,10 +170,46 @@ impl Raw {
             };
             let (dimension, tag) = (number()?, number()?);
             let name = words.next().unwrap_or_default().trim().trim_matches('"');
-            self.names
-                .insert((reader.size(dimension)?, tag), name.to_owned());
+            if !name.is_empty() {
+                self.names
+                    .insert((reader.size(dimension)?, tag.abs()), name.to_owned());
+            }
         }
         Ok(())
+    }
+
+    /// Names the groups that have a number alone by it. Numbers of several dimensions are those of
+    /// different groups: there the dimension is part of the name of all but the cells.
+    fn name_numbers(&mut self) {
+        let groups: BTreeSet<(usize, i64)> = self
+            .elements
+            .iter()
+            .flat_map(|element| {
+                element
+                    .groups
+                    .iter()
+                    .map(|&tag| (element.kind.dimension, tag))
+            })
+            .filter(|group| !self.names.contains_key(group))
+            .collect();
+        let cells = self
+            .elements
+            .iter()
+            .map(|element| element.kind.dimension)
+            .max();
+        for &(dimension, tag) in &groups {
+            let known = self.names.values().any(|name| *name == tag.to_string());
+            let twice = (0..4).any(|other| other != dimension && groups.contains(&(other, tag)));
+            let name = if Some(dimension) != cells && (known || twice) {
+                format!(
+                    "{} {tag}",
+                    ["point", "curve", "surface", "volume"][dimension.min(3)]
+                )
+            } else {
+                tag.to_string()
+            };
+            self.names.insert((dimension, tag), name);
+        }
     }
 
     /// Points have a place, other entities a box; then their groups, which alone matter.
@@ -184,11 +222,50 @@ impl Raw {
                 for _ in 0..if dimension == 0 { 3 } else { 6 } {
                     words.real("entries of an entity")?;
                 }
-                let groups = words.counted("groups of an entity")?;
-                if dimension > 0 {
-                    words.counted("boundaries of an entity")?;
+                self.entity(&mut words, dimension, tag)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The rest of the entry of an entity: its groups, and what bounds it.
+    fn entity(
+        &mut self,
+        words: &mut Words<'_, '_>,
+        dimension: usize,
+        tag: i64,
+    ) -> Result<(), GmshError> {
+        let groups = words.counted("groups of an entity")?;
+        if dimension > 0 {
+            words.counted("boundaries of an entity")?;
+        }
+        // A negative tag is that of a group which the entity belongs to with its sides exchanged.
+        let groups = groups.into_iter().map(i64::abs).collect();
+        self.entities.insert((dimension as i64, tag), groups);
+        Ok(())
+    }
+
+    /// As [`Self::entities`]; each entity has its parent and its partitions first.
+    fn partitioned_entities(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        reader.words()?.long("number of partitions")?;
+        let ghosts = reader.words()?.long("number of ghosts")?;
+        for _ in 0..reader.size(ghosts)? {
+            let mut words = reader.words()?;
+            words.integer("entries of a ghost")?;
+            words.integer("entries of a ghost")?;
+        }
+        let counts = reader.words()?.sizes(4)?;
+        for (dimension, &count) in counts.iter().enumerate() {
+            for _ in 0..reader.size(count)? {
+                let mut words = reader.words()?;
+                let tag = words.integer("entries of an entity")?;
+                words.integer("entries of an entity")?;
+                words.integer("entries of an entity")?;
+                words.counted("partitions of an entity")?;
+                for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                    words.real("entries of an entity")?;
                 }
-                self.entities.insert((dimension as i64, tag), groups);
+                self.entity(&mut words, dimension, tag)?;
             }
         }
         Ok(())
@@ -202,13 +279,21 @@ impl Raw {
         Ok(())
     }
 
+    /// Nodes; parametric ones go on with their entity and their place on it.
     fn old_nodes(&mut self, reader: &mut Reader<'_>) -> Result<(), GmshError> {
+        let parametric = reader.section_name() == "$ParametricNodes";
         let count = reader.text_integers("entries", 1)?[0];
         for _ in 0..reader.size(count)? {
             let mut words = reader.words()?;
             let line = words.position();
             let node = words.integer("tag of a node")?;
             let point = words.point()?;
+            if parametric {
+                let dimension = words.integer("dimension of the entity of a node")?;
+                words.integer("entity of a node")?;
+                // A place in a volume is not repeated.
+                words.skip_reals(if dimension == 3 { 0 } else { dimension })?;
+            }
             self.add_node(line, node, point)?;
         }
         Ok(())
@@ -336,9 +421,10 @@ impl Raw {
     }
 }
 
-/// The first tag of an old element is its group; zero is none.
+/// The first tag of an old element is its group; zero is none, and a negative one is that of an element
+/// whose sides are exchanged.
 fn group(tags: &[i64]) -> Vec<i64> {
-    let group = tags.first().copied();
+    let group = tags.first().map(|group| group.abs());
     group.filter(|&group| group != 0).into_iter().collect()
 }
 

@@ -99,6 +99,11 @@ impl<'a> Reader<'a> {
         Ok(Some(self.section.clone()))
     }
 
+    /// Name of the present section.
+    pub(super) fn section_name(&self) -> &str {
+        &self.section
+    }
+
     /// Reads the line that ends the section.
     pub(super) fn end(&mut self) -> Result<(), GmshError> {
         let line = self.line()?;

@@ -214,14 +214,6 @@ fn mistakes_are_shown_with_their_line() {
     let plate = |element: &str| read(&old(&SQUARE_NODES, &[element])).unwrap_err();
     // The first element stands in line 21.
     assert_eq!(
-        plate("1 3 2 9 1 1 2 3 4"),
-        GmshError::UnnamedGroup {
-            line: Line(21),
-            dimension: 2,
-            tag: 9
-        }
-    );
-    assert_eq!(
         plate("1 3 2 0 1 1 2 3 4"),
         GmshError::NoRegion { line: Line(21) }
     );
@@ -338,4 +330,96 @@ fn wrong_files_are_refused() {
             "{cut}"
         );
     }
+}
+
+/// Cells of every type in an order that is inside out are turned, with all their nodes.
+#[test]
+fn cells_inside_out_are_turned() {
+    for (code, shape, middles, count) in [
+        (9, CellShape::Tri7, &TRIANGLE[..], 6),
+        (10, CellShape::Quad9, &SQUARE, 9),
+        (4, CellShape::Tet15, &TETRAHEDRON, 4),
+        (11, CellShape::Tet15, &TETRAHEDRON, 10),
+        (5, CellShape::Hex27, &HEXAHEDRON, 8),
+        (17, CellShape::Hex27, &HEXAHEDRON, 20),
+        (12, CellShape::Hex27, &HEXAHEDRON, 27),
+    ] {
+        let text = one_cell(code, shape, middles, count);
+        let right = read_file(text.as_bytes()).unwrap();
+        // A mirror image: the first coordinate with the other sign.
+        let mirrored: String = text
+            .lines()
+            .map(|line| {
+                let words: Vec<&str> = line.split(' ').collect();
+                match &words[..] {
+                    [tag, x, y, z] if tag.parse::<u32>().is_ok() && x.parse::<f64>().is_ok() => {
+                        format!("{tag} {} {y} {z}\n", -x.parse::<f64>().unwrap())
+                    }
+                    _ => format!("{line}\n"),
+                }
+            })
+            .collect();
+        let turned = read_file(mirrored.as_bytes()).unwrap();
+        assert_eq!([right.turned, turned.turned], [0, 1], "type {code}");
+        Quality::of(&turned.mesh).require(&turned.mesh).unwrap();
+        let volumes = [&right, &turned].map(|drawing| measure(&drawing.mesh, 0));
+        assert!((volumes[0] - volumes[1]).abs() < 1e-12, "type {code}");
+        // Nodes in the middles of edges and sides stay there: no side is bent.
+        assert!(
+            !crate::mesh::quality::is_curved(&turned.mesh, 0),
+            "type {code}"
+        );
+    }
+}
+
+#[test]
+fn groups_without_names_are_called_by_their_numbers() {
+    let mesh = read(&old(
+        &SQUARE_NODES,
+        &[
+            "1 15 2 8 1 3",
+            "2 1 2 -8 1 2 1",
+            "3 2 2 -9 1 1 2 3",
+            "4 2 2 9 1 1 4 3",
+        ],
+    ))
+    .unwrap();
+    assert_eq!(mesh.regions, ["9"]);
+    // The point and the curve of one number are different groups.
+    assert_eq!(mesh.node_sets["point 8"].len(), 1);
+    assert_eq!(mesh.surfaces["curve 8"].len(), 1);
+}
+
+#[test]
+fn one_name_may_be_that_of_a_surface_and_of_points() {
+    let text = old(
+        &SQUARE_NODES,
+        &["1 15 2 1 1 3", "2 1 2 2 1 2 1", "3 3 2 4 1 1 2 3 4"],
+    );
+    let mesh = read(&text.replace("\"tip\"", "\"line\"")).unwrap();
+    assert_eq!(mesh.surfaces["line"].len(), 1);
+    // The three nodes of the line, and the point.
+    assert_eq!(mesh.nodes_of("line").unwrap().len(), 4);
+}
+
+#[test]
+fn parametric_nodes_and_partitions_are_read() {
+    let plain = old(&SQUARE_NODES, &["1 3 2 4 1 1 2 3 4"]);
+    let parametric = plain
+        .replace("$Nodes", "$ParametricNodes")
+        .replace("$EndNodes", "$EndParametricNodes")
+        .replace("1 0 0 0\n", "1 0 0 0 0 1\n")
+        .replace("2 1 0 0\n", "2 1 0 0 1 3 0.5\n")
+        .replace("3 1 1 0\n", "3 1 1 0 2 7 0.1 0.2\n")
+        .replace("4 0 1 0\n", "4 0 1 0 3 1\n");
+    let [plain, parametric] = [plain, parametric].map(|text| read(&text).unwrap());
+    assert_eq!(plain.points, parametric.points);
+    // The second square is that of a part of the surface 2.
+    let parts = "$PartitionedEntities\n2\n0\n0 0 1 0\n5 2 2 1 2 1 0 0 2 1 0 1 3 0\n$EndPartitionedEntities\n";
+    let parted = NEW
+        .replace("$Nodes\n", &format!("{parts}$Nodes\n"))
+        .replace("2 2 3 1\n5 2 3 6 5", "2 5 3 1\n5 2 3 6 5");
+    let (whole, parted) = (read(NEW).unwrap(), read(&parted).unwrap());
+    assert_eq!(whole.regions, parted.regions);
+    assert_eq!(whole.cell_count(), parted.cell_count());
 }

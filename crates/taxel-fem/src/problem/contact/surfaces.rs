@@ -1,5 +1,6 @@
 //! Surfaces of the mesh that touch each other: two bodies, or a body and itself.
 
+use crate::mesh::sight::thickness;
 use crate::mesh::{Facet, Mesh};
 
 /// A surface that may not enter another one, or itself.
@@ -38,7 +39,9 @@ const REACH: f64 = 10.0;
 impl SurfacePair {
     /// A pair without friction. The stiffness is 50 times `shear_modulus` (Pa, of the softer
     /// body) over the mean side of a facet of the first surface, the overlap that is accepted
-    /// 1e-4 of that side; the reach is one side for a surface that meets itself, else ten.
+    /// 1e-4 of that side; the reach is ten sides, but for a surface that meets itself one side, or half of
+    /// the thickness of the body there where that is less: a body that is pressed flatter than by half
+    /// would meet its own far side.
     pub fn new(mesh: &Mesh, surfaces: [Vec<Facet>; 2], shear_modulus: f64) -> Self {
         let [first, second] = surfaces;
         let side = mesh.mean_side(&first);
@@ -50,9 +53,11 @@ impl SurfacePair {
             overlap_limit: 1e-4 * side,
             reach: side,
         };
-        if !pair.meets_itself() {
-            pair.reach = REACH * side.max(mesh.mean_side(&pair.second));
-        }
+        pair.reach = if pair.meets_itself() {
+            side.min(0.5 * thickness(mesh, &pair.first))
+        } else {
+            REACH * side.max(mesh.mean_side(&pair.second))
+        };
         pair
     }
 

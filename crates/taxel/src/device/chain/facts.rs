@@ -85,11 +85,16 @@ fn of_the_board(device: &ChainDevice<'_>) -> Vec<Fact> {
         "readout, last stage",
     ));
     let [low, high] = chain.last.range();
-    facts.extend(device.inputs().map(|(name, input)| {
-        let name = format!("range_used_{}", name.replace(' ', "_"));
-        let used = share((input - low) / (high - low));
-        fact("electronics", name, used, chain.last.range_key())
-    }));
+    let inputs = device.inputs().into_iter();
+    facts.extend(
+        inputs
+            .filter(|_| (high - low).is_finite())
+            .map(|(name, input)| {
+                let name = format!("range_used_{}", name.replace(' ', "_"));
+                let used = share((input - low) / (high - low));
+                fact("electronics", name, used, chain.last.range_key())
+            }),
+    );
     facts
 }
 

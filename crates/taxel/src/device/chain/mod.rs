@@ -128,6 +128,22 @@ impl Device for ChainDevice<'_> {
         for stage in self.chain.stages() {
             stage.check().map_err(broken)?;
         }
+        require(
+            self.chain.network.takes(self.chain.cell(0).quantity()),
+            "element.cells.network",
+            || "this network joins resistors alone".into(),
+            "leave it out: the cells are read one by one",
+        )?;
+        let largest = self.chain.cell(0).largest();
+        require(
+            self.chain.full_scale <= largest,
+            "element.cells.full_scale",
+            || {
+                let [end, largest] = [self.chain.full_scale, largest].map(|load| load / 1e3);
+                format!("{end} kPa is beyond the last point of the curve, at {largest} kPa")
+            },
+            "give at most the pressure of the last point",
+        )?;
         let (area, pitch) = (self.chain.cell_area(), self.chain.layout.pitch);
         require(
             area[0] <= pitch[0] && area[1] <= pitch[1],

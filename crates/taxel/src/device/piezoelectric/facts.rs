@@ -374,7 +374,7 @@ fn numerics() -> Vec<Fact> {
             "numerics",
             "drift_guard",
             number(options.drift_guard, "s", "s", 1.0),
-            "a held force fades with this time constant; default",
+            "the value of an element fades with this time constant while its force is held; default",
         ),
         fact(
             "numerics",

@@ -455,11 +455,10 @@ impl Device for PiezoelectricArray<'_> {
             least_score: 0.5,
             longest_pause: 10.0 * model.period,
         };
-        let mut options = ObserverOptions {
+        let options = ObserverOptions {
             slip: (layout.columns > 1).then_some(slip),
             ..ObserverOptions::new(stream)
         };
-        options.events.history.fades = ChargeOptions::default().drift_guard;
         options.on(layout)
     }
 

@@ -111,6 +111,16 @@ impl Device for TrainedArray<'_> {
         self.body.check()?;
         let array = &self.sensor.array;
         check_mask(self.sensor)?;
+        let noise = match &self.sensor.electronics.readout {
+            Readout::Digital(chips) => chips.noise,
+            _ => None,
+        };
+        require(
+            noise.is_none(),
+            "electronics.readout.digital.noise",
+            || "the noise of learned channels is learned".into(),
+            "leave it out",
+        )?;
         require(
             array.mount == Mount::Flat,
             "array.mount",
