@@ -11,9 +11,11 @@ use taxel_fem::solver::failure::{Failure, Reason};
 use taxel_fem::solver::newton::{Continue, Jump, Multipliers, Solver, Step};
 use taxel_fem::solver::stress::{StressPoint, nodal_stress, stress_points, von_mises};
 
-use super::build::{self, component, letter, turns};
+use super::axes::{component, letter, turns};
+use super::build;
 use super::description::{self, Compressibility, Geometry, Prescribed, ProblemFile};
 use super::fields;
+use super::mistake;
 use taxel_ground::InputError;
 use taxel_ground::quantity::{self, Dimension};
 use taxel_ground::table::{Cell, Column};
@@ -124,7 +126,7 @@ impl Body {
             let message = build::told(reason.clone(), Reason::scale);
             let message = format!("the undeformed body: {message}");
             match body.key_of_field(&reason) {
-                Some(key) => build::wrong(key, message, "mend it there").at(name, text),
+                Some(key) => mistake::wrong(key, message, "mend it there").at(name, text),
                 None => InputError::whole(name, message).help(reason.advice()),
             }
         })?;

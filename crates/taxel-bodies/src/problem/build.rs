@@ -14,15 +14,16 @@ use taxel_fem::mesh::{Facet, Mesh, MeshError};
 use taxel_fem::problem::load::traction;
 use taxel_fem::problem::{self as solid, Contact, DeadLoad, Kinematics, Motion, Parameter, Rule};
 
+use super::axes::{component, letter, turns};
 use super::cuts;
 use super::description::{
-    self, Along, Axis, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial,
-    Shape,
+    self, Along, Compressibility, Geometry, Law, Prescribed, ProblemFile, RegionMaterial, Shape,
 };
-use super::group::{Group, select};
+use super::group::{Axis, Group};
+use super::mistake::{Wrong, wrong};
+use super::selection::select;
 use taxel_ground::InputError;
 use taxel_ground::quantity::{self, AnyQuantity, Dimension};
-use taxel_ground::toml_input;
 
 /// Contact stiffness of an obstacle over shear modulus and mean side of a cell, without friction and with
 /// it: the multipliers make the result independent of it. Rough points find another equilibrium less often
@@ -42,29 +43,6 @@ const USUAL_SIZES: [f64; 2] = [10e-6, 10.0];
 
 /// What to do where a mesh has no group of the kind that is needed.
 const NO_GROUP: &str = "the mesh names none of its parts: make it a physical group in Gmsh, or select it by place, such as { plane = { axis = \"z\", at = \"2 mm\" } }";
-
-/// A mistake at a key of the problem file: its path, the message, what to do.
-pub(super) struct Wrong {
-    path: String,
-    message: String,
-    help: String,
-}
-
-pub(super) fn wrong(path: impl Into<String>, message: impl Into<String>, help: &str) -> Wrong {
-    Wrong {
-        path: path.into(),
-        message: message.into(),
-        help: help.to_owned(),
-    }
-}
-
-impl Wrong {
-    /// The mistake under the word.
-    pub(super) fn at(&self, file: &str, text: &str) -> InputError {
-        let path: Vec<&str> = self.path.split('.').collect();
-        toml_input::at_key(file, text, &path, &self.message, &self.help)
-    }
-}
 
 /// An error of the solver, whose lengths are in m, with its lengths in mm.
 pub(super) fn told<E: std::fmt::Display>(mut error: E, scale: fn(&mut E, f64) -> bool) -> String {
@@ -1664,31 +1642,6 @@ fn middle(mesh: &Mesh, facet: Facet) -> [f64; 3] {
     mesh.facet_nodes(facet).fold([0.0; 3], |sum, node| {
         std::array::from_fn(|d| sum[d] + mesh.points[node as usize][d] / count)
     })
-}
-
-/// Component of a mesh along an axis of its file.
-pub(super) fn component(axes: &[usize], axis: usize) -> Option<usize> {
-    axes.iter().position(|&known| known == axis)
-}
-
-/// Axes of the file about which a body turns, each with its component of the rotation vector and
-/// its sign: a turn from the first axis of a plane mesh to the second is one about the third axis
-/// of the file, or against it.
-pub(super) fn turns(kinematics: Kinematics, axes: &[usize]) -> Vec<(usize, usize, f64)> {
-    match (kinematics, axes) {
-        (Kinematics::PlaneStrain, &[first, second]) => {
-            let across = 3 - first - second;
-            let sign = if (first + 1) % 3 == second { 1.0 } else { -1.0 };
-            vec![(across, 2, sign)]
-        }
-        (Kinematics::Solid, axes) => axes.iter().enumerate().map(|(i, &a)| (a, i, 1.0)).collect(),
-        _ => Vec::new(),
-    }
-}
-
-/// Letter of an axis.
-pub(super) fn letter(axis: usize) -> &'static str {
-    ["x", "y", "z"][axis]
 }
 
 /// The solid that a material describes.

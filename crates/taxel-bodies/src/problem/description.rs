@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-use super::group::Group;
+use super::group::{Axis, Group};
 use taxel::mechanics::{LinearElastic, MooneyRivlin};
 use taxel_ground::quantity::{
     self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
@@ -261,30 +261,6 @@ pub struct PointAlong {
 pub struct OfCavity {
     /// Name of the cavity.
     pub of: String,
-}
-
-/// An axis of the mesh file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-pub enum Axis {
-    /// The first coordinate.
-    X,
-    /// The second.
-    Y,
-    /// The third.
-    Z,
-}
-
-impl Axis {
-    /// Number of the axis, 0 for x.
-    pub(super) fn number(self) -> usize {
-        match self {
-            Self::X => 0,
-            Self::Y => 1,
-            Self::Z => 2,
-        }
-    }
 }
 
 /// A part of the body that is held or moved.

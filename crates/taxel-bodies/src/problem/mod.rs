@@ -4,23 +4,26 @@
 //! which goes from step to step and answers with a row of the table, the deformed mesh and a
 //! picture.
 
+mod axes;
 mod body;
 mod build;
 mod cuts;
 mod description;
 mod fields;
 mod group;
+mod mistake;
 mod picture;
 mod saved;
+mod selection;
 
 pub use body::{Body, Effort, Ended};
 pub use description::{
-    Along, Axis, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Contact, Cylinder,
+    Along, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Contact, Cylinder,
     Dielectric, Driver, Geometry, Law, Load, MeshFile, NeoHookean, Obstacle, OfCavity, OgdenTerm,
     Output, Picture, Plane, PlaneStrain, PointAlong, Prescribed, ProblemFile, Punch,
     RegionMaterial, Resistance, Shape, SolverOptions, Sphere, Support, Tie, Yeoh,
 };
-pub use group::{Group, Selection};
+pub use group::{Axis, BoxCorners, Group, PlaneAt, Selection};
 pub use saved::SavedError;
 
 use taxel_ground::InputError;
