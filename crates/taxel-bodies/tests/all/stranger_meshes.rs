@@ -475,3 +475,93 @@ fn of_60_meshes_none_is_wrong_without_a_word() {
 fn of_1000_meshes_none_is_wrong_without_a_word() {
     none_is_wrong_without_a_word(0..1000);
 }
+
+fn body(text: &str, mesh: &str) -> Result<Body, taxel::InputError> {
+    let file = ProblemFile::parse("problem.toml", text)?;
+    Body::new(file, ("problem.toml", text), ("mesh.msh", mesh.as_bytes()))
+}
+
+/// A square of 3 mm, with or without its middle.
+fn square(holed: bool) -> String {
+    let mut drawn = Drawn::default();
+    drawn.block(1, [[0.0; 3], [3.0, 3.0, 0.0]], [3, 3, 0], false);
+    if holed {
+        drawn.cells.remove(4);
+    }
+    drawn.text(false)
+}
+
+#[test]
+fn a_field_across_an_unmeshed_cavity_is_noted() {
+    let electrodes = "[capacitance]\nelectrodes = [\"bottom\", { plane = { axis = \"y\", at = \"3 mm\" } }]\n\
+                      [[capacitance.dielectric]]\nregions = [\"1\"]\npermittivity = 3\n";
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", electrodes);
+    let notes = |holed: bool| body(&text, &square(holed)).unwrap().notes().to_vec();
+    assert_eq!(notes(false), [""; 0]);
+    let [note] = &notes(true)[..] else {
+        panic!("{:?}", notes(true));
+    };
+    // The middle one of the three lines from below to above.
+    for part in [
+        "\"bottom\" and \"y = 3\"",
+        "1.0000 mm",
+        "(1.5000, 1.5000",
+        "33 %",
+    ] {
+        assert!(note.contains(part), "{part}: {note}");
+    }
+}
+
+#[test]
+fn moduli_in_two_units_are_refused_and_auxetic_solids_are_not() {
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", "");
+    let soft = "compressibility = { quadratic = { bulk_modulus = \"1 kPa\" } }";
+    let slip = text.replace("compressibility = \"incompressible\"", soft);
+    let refused = |text: &str| body(text, &square(false)).err().unwrap().to_string();
+    assert!(
+        refused(&slip).contains("Poisson's ratio is -0.95"),
+        "{}",
+        refused(&slip)
+    );
+    let meant = slip.replace(soft, &format!("{soft}\nauxetic = true"));
+    let lines = body(&meant, &square(false)).unwrap().description();
+    assert!(
+        lines[0].starts_with("body: 3.0000 x 3.0000 mm"),
+        "{lines:?}"
+    );
+    assert!(lines[1].contains("Poisson's ratio -0.95"), "{lines:?}");
+    let idle = text.replace("[[parameter]]", "auxetic = true\n[[parameter]]");
+    assert!(refused(&idle).contains("material.0.auxetic"));
+}
+
+#[test]
+fn a_selection_that_selects_nothing_is_refused_at_its_key() {
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", "");
+    for (from, to, word) in [
+        ("at = \"3 mm\"", "at = \"4 mm\"", "support.2.on"),
+        (
+            "plane = { axis = \"y\", at = \"3 mm\" }",
+            "name = \"top\"",
+            "nothing is selected",
+        ),
+        (
+            "plane = { axis = \"y\", at = \"3 mm\" }",
+            "of = \"skin\"",
+            "no region \"skin\"",
+        ),
+        (
+            "axis = \"y\", at = \"3 mm\"",
+            "axis = \"z\", at = \"3 mm\"",
+            "does not extend along z",
+        ),
+        (
+            "axis = \"y\", at = \"3 mm\" }",
+            "axis = \"y\", at = \"3 mm\" }, name = \"bottom\"",
+            "another selection",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = body(&text.replace(from, to), &square(false)).err().unwrap();
+        assert!(error.to_string().contains(word), "{word}: {error}");
+    }
+}
