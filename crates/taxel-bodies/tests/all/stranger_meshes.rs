@@ -1,6 +1,8 @@
 //! Meshes as others send them: two blocks that were put together rightly or wrongly, in the plane and
 //! in space, without a named group. None is solved wrong without a word.
 
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use taxel_bodies::problem::{Body, ProblemFile};
 
 /// Nodes and cells of a mesh that is being made.
@@ -9,27 +11,6 @@ struct Drawn {
     nodes: Vec<[f64; 3]>,
     /// Number of the group and corners.
     cells: Vec<(usize, Vec<usize>)>,
-}
-
-/// Numbers that look like chance (SplitMix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, most: usize) -> usize {
-        (self.next() % most as u64) as usize
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 impl Drawn {
@@ -261,14 +242,18 @@ const STRETCH: f64 = 0.9;
 
 impl Case {
     fn of(seed: u64) -> Self {
-        let mut chance = Chance(seed);
-        let done = ALL[chance.below(ALL.len())];
-        let flat = chance.below(2) == 0;
-        let cut = chance.below(2) == 0;
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let done = ALL[chance.random_range(0..ALL.len())];
+        let flat = chance.random_range(0..2) == 0;
+        let cut = chance.random_range(0..2) == 0;
         let up = if flat { 1 } else { 2 };
-        let mut counts = [1 + chance.below(2), 1 + chance.below(2), usize::from(!flat)];
-        let wide = [chance.between(1.0, 3.0), chance.between(1.0, 3.0)];
-        let heights = [chance.between(0.5, 2.0), chance.between(0.5, 2.0)];
+        let mut counts = [
+            1 + chance.random_range(0..2),
+            1 + chance.random_range(0..2),
+            usize::from(!flat),
+        ];
+        let wide = [chance.random_range(1.0..3.0), chance.random_range(1.0..3.0)];
+        let heights = [chance.random_range(0.5..2.0), chance.random_range(0.5..2.0)];
         let block = |low: f64, high: f64| {
             let mut ends = [[0.0; 3], [wide[0], if flat { 0.0 } else { wide[1] }, 0.0]];
             ends[0][up] = low;
@@ -288,15 +273,15 @@ impl Case {
         ];
         counts[0] += usize::from(finer.contains(&done));
         let sunk = match done {
-            Done::Overlapping => chance.between(0.01, 0.9) * heights[0].min(heights[1]),
+            Done::Overlapping => chance.random_range(0.01..0.9) * heights[0].min(heights[1]),
             _ => 0.0,
         };
         let height = heights[0] + heights[1] - sunk;
         if done == Done::Post {
             let mut ends = block(0.2 * heights[0], 0.7 * heights[0]);
             for d in (0..2).filter(|&d| d != up) {
-                ends[0][d] = chance.between(0.1, 0.4) * wide[d];
-                ends[1][d] = chance.between(0.6, 0.9) * wide[d];
+                ends[0][d] = chance.random_range(0.1..0.4) * wide[d];
+                ends[1][d] = chance.random_range(0.6..0.9) * wide[d];
             }
             drawn.block(3, ends, counts, cut);
         }
@@ -331,13 +316,13 @@ impl Case {
     }
 
     /// Turns cells inside out, or repeats one.
-    fn disorder(&mut self, chance: &mut Chance) {
+    fn disorder(&mut self, chance: &mut ChaCha8Rng) {
         let flat = self.flat;
         let cells = &mut self.drawn.cells;
         match self.done {
             Done::Turned => {
                 for (number, (_, corners)) in cells.iter_mut().enumerate() {
-                    if number > 0 && chance.below(2) == 0 {
+                    if number > 0 && chance.random_range(0..2) == 0 {
                         continue;
                     }
                     let order: &[usize] = match corners.len() {
@@ -350,7 +335,7 @@ impl Case {
                 }
             }
             Done::Twice => {
-                let cell = cells[chance.below(cells.len())].clone();
+                let cell = cells[chance.random_range(0..cells.len())].clone();
                 cells.push(cell);
             }
             _ => {}
