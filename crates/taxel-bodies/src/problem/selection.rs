@@ -1,15 +1,12 @@
 //! What selections by place are in a mesh.
 
+use taxel_fem::mesh::neighbours::SAME_PLACE;
 use taxel_fem::mesh::{Facet, Mesh};
 
 use super::axes::{component, letter};
 use super::description::{Prescribed, ProblemFile};
 use super::group::{BoxCorners, Group, PlaneAt, Selection};
 use super::mistake::{Wrong, wrong};
-
-/// A place is on a plane or in a box within this share of the size of the mesh: what is left of
-/// coordinates that were written with seven digits.
-const SAME_PLACE: f64 = 1e-6;
 
 /// A facet faces a direction that its normal leaves by less than 45 degrees: this is the cosine.
 const FACES: f64 = std::f64::consts::FRAC_1_SQRT_2;

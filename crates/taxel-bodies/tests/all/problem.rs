@@ -886,6 +886,15 @@ fn two_blocks_press_each_other_as_one_and_pull_as_one_where_they_are_tied() {
     assert!((joint / base - 1.0).abs() < 1e-6, "{joint} {base}");
     let area = column(&pressed, "joint_contact_area")[1];
     assert!((area - 1e-4).abs() < 1e-12, "{area}");
+    // As wide as the blocks have become, within the overlap that is accepted, and pressed evenly.
+    let deformed = column(&pressed, "joint_deformed_contact_area")[1];
+    assert!((deformed * 0.8 / 1e-4 - 1.0).abs() < 2e-4, "{deformed}");
+    let pressure = column(&pressed, "joint_greatest_pressure")[1];
+    assert!(
+        (pressure * deformed / joint.abs() - 1.0).abs() < 1e-3,
+        "{pressure} {deformed} {joint}"
+    );
+    assert!(pressed.vtu().unwrap().contains("contact_pressure_pa"));
     // The nodes at one place where the blocks touch are meant.
     assert_eq!(pressed.notes(), [""; 0]);
 

@@ -1,6 +1,8 @@
 //! Meshes as others send them: two blocks that were put together rightly or wrongly, in the plane and
 //! in space, without a named group. None is solved wrong without a word.
 
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use taxel_bodies::problem::{Body, ProblemFile};
 
 /// Nodes and cells of a mesh that is being made.
@@ -9,27 +11,6 @@ struct Drawn {
     nodes: Vec<[f64; 3]>,
     /// Number of the group and corners.
     cells: Vec<(usize, Vec<usize>)>,
-}
-
-/// Numbers that look like chance (SplitMix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, most: usize) -> usize {
-        (self.next() % most as u64) as usize
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 impl Drawn {
@@ -261,14 +242,18 @@ const STRETCH: f64 = 0.9;
 
 impl Case {
     fn of(seed: u64) -> Self {
-        let mut chance = Chance(seed);
-        let done = ALL[chance.below(ALL.len())];
-        let flat = chance.below(2) == 0;
-        let cut = chance.below(2) == 0;
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let done = ALL[chance.random_range(0..ALL.len())];
+        let flat = chance.random_range(0..2) == 0;
+        let cut = chance.random_range(0..2) == 0;
         let up = if flat { 1 } else { 2 };
-        let mut counts = [1 + chance.below(2), 1 + chance.below(2), usize::from(!flat)];
-        let wide = [chance.between(1.0, 3.0), chance.between(1.0, 3.0)];
-        let heights = [chance.between(0.5, 2.0), chance.between(0.5, 2.0)];
+        let mut counts = [
+            1 + chance.random_range(0..2),
+            1 + chance.random_range(0..2),
+            usize::from(!flat),
+        ];
+        let wide = [chance.random_range(1.0..3.0), chance.random_range(1.0..3.0)];
+        let heights = [chance.random_range(0.5..2.0), chance.random_range(0.5..2.0)];
         let block = |low: f64, high: f64| {
             let mut ends = [[0.0; 3], [wide[0], if flat { 0.0 } else { wide[1] }, 0.0]];
             ends[0][up] = low;
@@ -288,15 +273,15 @@ impl Case {
         ];
         counts[0] += usize::from(finer.contains(&done));
         let sunk = match done {
-            Done::Overlapping => chance.between(0.01, 0.9) * heights[0].min(heights[1]),
+            Done::Overlapping => chance.random_range(0.01..0.9) * heights[0].min(heights[1]),
             _ => 0.0,
         };
         let height = heights[0] + heights[1] - sunk;
         if done == Done::Post {
             let mut ends = block(0.2 * heights[0], 0.7 * heights[0]);
             for d in (0..2).filter(|&d| d != up) {
-                ends[0][d] = chance.between(0.1, 0.4) * wide[d];
-                ends[1][d] = chance.between(0.6, 0.9) * wide[d];
+                ends[0][d] = chance.random_range(0.1..0.4) * wide[d];
+                ends[1][d] = chance.random_range(0.6..0.9) * wide[d];
             }
             drawn.block(3, ends, counts, cut);
         }
@@ -331,13 +316,13 @@ impl Case {
     }
 
     /// Turns cells inside out, or repeats one.
-    fn disorder(&mut self, chance: &mut Chance) {
+    fn disorder(&mut self, chance: &mut ChaCha8Rng) {
         let flat = self.flat;
         let cells = &mut self.drawn.cells;
         match self.done {
             Done::Turned => {
                 for (number, (_, corners)) in cells.iter_mut().enumerate() {
-                    if number > 0 && chance.below(2) == 0 {
+                    if number > 0 && chance.random_range(0..2) == 0 {
                         continue;
                     }
                     let order: &[usize] = match corners.len() {
@@ -350,7 +335,7 @@ impl Case {
                 }
             }
             Done::Twice => {
-                let cell = cells[chance.below(cells.len())].clone();
+                let cell = cells[chance.random_range(0..cells.len())].clone();
                 cells.push(cell);
             }
             _ => {}
@@ -474,4 +459,94 @@ fn of_60_meshes_none_is_wrong_without_a_word() {
 #[ignore = "the long form of the test above"]
 fn of_1000_meshes_none_is_wrong_without_a_word() {
     none_is_wrong_without_a_word(0..1000);
+}
+
+fn body(text: &str, mesh: &str) -> Result<Body, taxel::InputError> {
+    let file = ProblemFile::parse("problem.toml", text)?;
+    Body::new(file, ("problem.toml", text), ("mesh.msh", mesh.as_bytes()))
+}
+
+/// A square of 3 mm, with or without its middle.
+fn square(holed: bool) -> String {
+    let mut drawn = Drawn::default();
+    drawn.block(1, [[0.0; 3], [3.0, 3.0, 0.0]], [3, 3, 0], false);
+    if holed {
+        drawn.cells.remove(4);
+    }
+    drawn.text(false)
+}
+
+#[test]
+fn a_field_across_an_unmeshed_cavity_is_noted() {
+    let electrodes = "[capacitance]\nelectrodes = [\"bottom\", { plane = { axis = \"y\", at = \"3 mm\" } }]\n\
+                      [[capacitance.dielectric]]\nregions = [\"1\"]\npermittivity = 3\n";
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", electrodes);
+    let notes = |holed: bool| body(&text, &square(holed)).unwrap().notes().to_vec();
+    assert_eq!(notes(false), [""; 0]);
+    let [note] = &notes(true)[..] else {
+        panic!("{:?}", notes(true));
+    };
+    // The middle one of the three lines from below to above.
+    for part in [
+        "\"bottom\" and \"y = 3\"",
+        "1.0000 mm",
+        "(1.5000, 1.5000",
+        "33 %",
+    ] {
+        assert!(note.contains(part), "{part}: {note}");
+    }
+}
+
+#[test]
+fn moduli_in_two_units_are_refused_and_auxetic_solids_are_not() {
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", "");
+    let soft = "compressibility = { quadratic = { bulk_modulus = \"1 kPa\" } }";
+    let slip = text.replace("compressibility = \"incompressible\"", soft);
+    let refused = |text: &str| body(text, &square(false)).err().unwrap().to_string();
+    assert!(
+        refused(&slip).contains("Poisson's ratio is -0.95"),
+        "{}",
+        refused(&slip)
+    );
+    let meant = slip.replace(soft, &format!("{soft}\nauxetic = true"));
+    let lines = body(&meant, &square(false)).unwrap().description();
+    assert!(
+        lines[0].starts_with("body: 3.0000 x 3.0000 mm"),
+        "{lines:?}"
+    );
+    assert!(lines[1].contains("Poisson's ratio -0.95"), "{lines:?}");
+    let idle = text.replace("[[parameter]]", "auxetic = true\n[[parameter]]");
+    assert!(refused(&idle).contains("material.0.auxetic"));
+}
+
+#[test]
+fn a_selection_that_selects_nothing_is_refused_at_its_key() {
+    let text = problem(true, 3.0, 0.1, "[\"1\"]", "");
+    for (from, to, word) in [
+        ("at = \"3 mm\"", "at = \"4 mm\"", "support.2.on"),
+        (
+            "plane = { axis = \"y\", at = \"3 mm\" }",
+            "name = \"top\"",
+            "nothing is selected",
+        ),
+        (
+            "plane = { axis = \"y\", at = \"3 mm\" }",
+            "of = \"skin\"",
+            "no region \"skin\"",
+        ),
+        (
+            "axis = \"y\", at = \"3 mm\"",
+            "axis = \"z\", at = \"3 mm\"",
+            "does not extend along z",
+        ),
+        (
+            "axis = \"y\", at = \"3 mm\" }",
+            "axis = \"y\", at = \"3 mm\" }, name = \"bottom\"",
+            "another selection",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = body(&text.replace(from, to), &square(false)).err().unwrap();
+        assert!(error.to_string().contains(word), "{word}: {error}");
+    }
 }

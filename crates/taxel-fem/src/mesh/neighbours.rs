@@ -10,7 +10,7 @@ use super::{Facet, Mesh};
 
 /// Places are one within this share of the size of the mesh: what is left of coordinates that were
 /// written with seven digits.
-pub(super) const SAME_PLACE: f64 = 1e-6;
+pub const SAME_PLACE: f64 = 1e-6;
 
 /// Cosine of the greatest turn between two sides of one arc, that of a hexagon: sides that turn by
 /// more meet in a corner.

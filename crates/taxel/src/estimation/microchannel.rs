@@ -271,18 +271,6 @@ impl Reader for MicrochannelReader {
         Some(&self.occupied)
     }
 
-    /// A quiet taxel adds nothing, and its deviation is that of a touch that its channels would not
-    /// show: of the errors of a sum that is the scatter only where nothing is pressed.
-    fn sum_variance(&self, _sum: f64) -> Option<f64> {
-        let pressed = self.taxels.iter().zip(&self.calibration.masked);
-        let pressed = pressed.filter_map(|(taxel, masked)| match taxel {
-            TaxelPressure::Pressed { deviation, .. } if !masked => Some(deviation * deviation),
-            TaxelPressure::AtLeast { .. } if !masked => Some(f64::NAN),
-            _ => None,
-        });
-        pressed.reduce(|sum, variance| sum + variance)
-    }
-
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
         let drawn = drawn(&self.calibration);
         for ((own, rest), drawn) in self.rest.iter_mut().zip(rest).zip(drawn) {

@@ -400,16 +400,23 @@ fn table(devices: &[Device], length: usize, slack: f64) -> Vec<String> {
     };
     for device in devices {
         let (sensor, pieces) = (device.sensor, device.pieces[length]);
+        // Of crossing channels a taxel that reads nothing has the deviation of a touch that its channels
+        // would not show, and there is none in the scripts.
+        let most = if sensor == "liquid-metal-2x4" {
+            1.0
+        } else {
+            0.97
+        };
         for load in device.loads {
             let what = format!("{sensor}, {load} {}, total", device.unit);
-            row(what, 0.97, totals(device, &[load], pieces));
+            row(what, most, totals(device, &[load], pieces));
         }
         let held = totals(device, &[device.loads[1]; HELD], pieces);
-        row(format!("{sensor}, total held {HELD} s"), 0.97, held);
+        row(format!("{sensor}, total held {HELD} s"), most, held);
         for fault in device.faults {
             let [exact, bounds] = failing(device, *fault, pieces);
             let what = format!("{sensor}, {fault:?}");
-            row(format!("{what}, exact total"), 0.97, exact);
+            row(format!("{what}, exact total"), most, exact);
             row(format!("{what}, bound of the total"), 1.0, bounds);
         }
         let (steps, impacts) = (steps(device, pieces, 3), impacts(device, pieces, 3));
@@ -418,16 +425,6 @@ fn table(devices: &[Device], length: usize, slack: f64) -> Vec<String> {
         row(format!("{sensor}, slips"), 1.0, slips(device, pieces, 3));
     }
     wrong
-}
-
-/// What the share of a row is off by chance, two of its deviations, of a device with fewer pieces than the others.
-fn slack(device: &Device) -> f64 {
-    let [pieces, _] = device.pieces;
-    if pieces < PIECES[0] {
-        2.0 * (0.95 * 0.05 / pieces as f64).sqrt()
-    } else {
-        0.0
-    }
 }
 
 /// The rows of a device; ten minutes at most.
@@ -439,7 +436,7 @@ macro_rules! whole {
             fn $name() {
                 let device = &super::DEVICES[$device];
                 assert!(device.sensor.starts_with(&stringify!($name).replace('_', "-")));
-                let wrong = super::table(std::slice::from_ref(device), 0, super::slack(device));
+                let wrong = super::table(std::slice::from_ref(device), 0, 0.0);
                 assert!(wrong.is_empty(), "{wrong:#?}");
             })*
         }
