@@ -167,7 +167,7 @@ fn same_clock(name: &str, runs: &[Session], trained: &TrainedForces) -> Result<(
         .sum();
     // Error of a delay over the spread of the readings that it leaves.
     let error = |offset: f64| {
-        let (square, count) = quick.error(offset, &[Block::Channels]).ok()?;
+        let (square, count) = quick.error(offset, &[Block::Channels], 0.0).ok()?;
         let enough = count as f64 >= OVERLAP * (all.min(DELAY_READINGS) as f64);
         enough.then(|| square.sqrt())
     };

@@ -356,35 +356,50 @@ fn of_touch(component: Option<Component>, touch: &Touch) -> [f64; 2] {
 /// square error: a map with memory makes up for a scale that is a little late, and its force is
 /// then what the scale shows at the time of the frame.
 const CLEARLY_LATE: f64 = 0.7;
+/// Features, and priors of their memory for each reading, with all of which a delay must show: channels alone leave
+/// what creeps to the delay, and the weaker its prior the more a memory makes up for one.
+const SHOWN_BY: [(&[Block], f64); 5] = [
+    (&[Block::Channels], 0.0),
+    (&WITH_MEMORY, 1.0),
+    (&WITH_MEMORY, 0.1),
+    (&WITH_MEMORY, 0.01),
+    (&WITH_MEMORY, 0.001),
+];
+const WITH_MEMORY: [Block; 4] = [Block::Channels, Block::Sums, Block::SlowSums, Block::Slow];
 /// Step of the times that are tried, s.
 const DELAY_STEP: f64 = 0.1;
 
-/// By how much the scale comes after the sensor, s: none, unless a time from −0.5 s to 1.5 s leaves clearly
-/// less error of maps with memory, and less by more than half a step of these times changes the readings.
+/// By how much the scale comes after the sensor, s: none, unless with all features and priors a time from −0.5 s to
+/// 1.5 s leaves clearly less error, and less by more than half a step of these times changes the readings; then the
+/// time that has the least of these errors.
 ///
 /// # Errors
 /// [`TrainingError`].
 pub fn delay_of_scale(runs: &[Session]) -> Result<f64, TrainingError> {
     let quick = Quick::of(runs)?;
-    let tried: Vec<(f64, f64)> = (-5..=15)
-        .into_par_iter()
-        .map(|steps| {
-            let offset = DELAY_STEP * f64::from(steps);
-            let blocks = [Block::Channels, Block::Sums, Block::SlowSums, Block::Slow];
-            Ok((quick.error(offset, &blocks)?.0, offset))
-        })
-        .collect::<Result<_, TrainingError>>()?;
-    let least = tried.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
     let seen = quick.change_within(0.5 * DELAY_STEP);
-    Ok(match (least, prompt) {
-        (Some((least, offset)), Some((prompt, _)))
-            if *least < CLEARLY_LATE * prompt && prompt - least > seen =>
-        {
-            *offset
-        }
-        _ => 0.0,
-    })
+    // The least error, and the time that has it, if the scale is clearly late.
+    let late = |(blocks, memory): (&[Block], f64)| -> Result<Option<(f64, f64)>, TrainingError> {
+        let tried: Vec<(f64, f64)> = (-5..=15)
+            .into_par_iter()
+            .map(|steps| {
+                let offset = DELAY_STEP * f64::from(steps);
+                Ok((quick.error(offset, blocks, memory)?.0, offset))
+            })
+            .collect::<Result<_, TrainingError>>()?;
+        let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
+        let prompt = prompt.map_or(0.0, |(error, _)| *error);
+        let least = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(least.filter(|(least, _)| *least < CLEARLY_LATE * prompt && prompt - least > seen))
+    };
+    let mut best: Option<(f64, f64)> = None;
+    for setting in SHOWN_BY {
+        let Some(found) = late(setting)? else {
+            return Ok(0.0);
+        };
+        best = Some(best.filter(|best| best.0 < found.0).unwrap_or(found));
+    }
+    Ok(best.map_or(0.0, |(_, offset)| offset))
 }
 
 /// Lines through the errors of each run, and what is left of the errors without what the lines of

@@ -15,9 +15,9 @@ pub(super) const BLOCKS: usize = 5;
 const PRIORS: [f64; 3] = [1e-2, 1.0, 1e2];
 const NEIGHBOUR: f64 = 10.0;
 /// Prior of the only run for each reading. Its blocks are alike and would choose a prior that gains next to nothing
-/// on them and loses much on the next run; whole runs choose this in the median over maps and kinds of skins
-/// (`REMARKS=1 cargo run --release -p taxel-calibrate --example skins`).
-const OF_ONE_RUN: f64 = 0.01;
+/// on them and loses much on the next run: of the decades the one that errs least on next runs, in the geometric
+/// mean over kinds of skins (`cargo run --release -p taxel-calibrate --example skins -- --one-run FOLDER…`).
+const OF_ONE_RUN: f64 = 1e-3;
 /// Features with less than this share of the deviation of the largest of their block are rounding.
 const ROUNDING: f64 = 1e-6;
 

@@ -26,10 +26,6 @@ pub(super) const LONGEST_DELAY: f64 = 1.5;
 /// Readings that the delay of a scale is looked for with.
 pub(crate) const DELAY_READINGS: usize = 3000;
 
-/// Prior of the memory for each of them: without it memory makes up for a scale that is 1.2 s late, and with ten
-/// times as much a prompt one of a body that creeps is found early (`a_late_scale_is_noticed`).
-const LITTLE_MEMORY: f64 = 0.1;
-
 /// The maps that are mixed, from simple to rich.
 const FORMS: [Form; 7] = [
     (0, &[Block::Channels]),
@@ -70,21 +66,6 @@ const FORMS: [Form; 7] = [
             Block::SlowSums,
             Block::SlowProducts,
             Block::Sharp,
-        ],
-    ),
-];
-
-/// The maps of the only run. Its fifths are alike, and of the maps above they choose those that are right for this
-/// run alone: on the next one these err by up to twice as much (`bench/public.py`, the forces of one run to the other).
-const OF_ONE_RUN: [Form; 2] = [
-    (0, &[Block::Channels, Block::Slow]),
-    (
-        0,
-        &[
-            Block::Channels,
-            Block::Squares,
-            Block::Slow,
-            Block::SlowProducts,
         ],
     ),
 ];
@@ -206,7 +187,6 @@ pub(crate) fn learn(
     };
     reach(&mut map, runs, except)?;
     let targets = Target::all(runs);
-    let forms: &[Form] = if runs.len() > 1 { &FORMS } else { &OF_ONE_RUN };
     let mut candidates = Vec::new();
     let mut designs: Vec<(usize, Design)> = Vec::new();
     for number in 0..targets.len() {
@@ -230,7 +210,7 @@ pub(crate) fn learn(
             held_out,
             range,
             ..
-        } = design.mixed(forms, &target.readings, None)?;
+        } = design.mixed(&FORMS, &target.readings, None)?;
         candidates.push(tried);
         let mixed = MixedMap {
             members,
@@ -485,11 +465,13 @@ impl<'a> Quick<'a> {
     }
 
     /// Mean square error over the variance of the readings, of a scale that comes `offset` s after the
-    /// sensor, and the number of readings.
+    /// sensor, with a prior of the memory for each reading; and
+    /// the number of readings.
     pub(crate) fn error(
         &self,
         offset: f64,
         blocks: &[Block],
+        memory: f64,
     ) -> Result<(f64, usize), TrainingError> {
         let map = ForceMap {
             offset,
@@ -499,7 +481,7 @@ impl<'a> Quick<'a> {
         let (targets, _) = design.targets(&self.readings);
         let solver = Solver::of(&design, &targets);
         let count: usize = targets.iter().map(Vec::len).sum();
-        let fitted = solver.fitted(&design.all(), None, LITTLE_MEMORY * count as f64)?;
+        let fitted = solver.fitted(&design.all(), None, memory * count as f64)?;
         let variance = targets.iter().flatten().map(|t| t * t).sum::<f64>() / count.max(1) as f64;
         Ok((fitted.error / variance.max(f64::MIN_POSITIVE), count))
     }

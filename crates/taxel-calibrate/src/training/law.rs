@@ -5,9 +5,10 @@ use taxel::trained::{FeatureLaw, SLOW, SUMS, Standard, TrainingError};
 use taxel_numerics::split_mix;
 
 use super::Session;
+use super::design::BLOCKS;
 use super::force::Fold;
 
-/// Times of the memory that are tried, s, if a run lasts this many times as long: slower creep is drift.
+/// Times of the memory that are tried, s, if what is held out lasts this many times as long: slower creep is drift.
 const TIMES: [f64; 6] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 const SEEN: f64 = 3.5;
 /// Rows that scales and directions are settled with at most: more teach little, and time and memory grow
@@ -83,7 +84,9 @@ pub(super) fn law_of(
         let times = run.sensor.times();
         times[times.len() - 1] - times[0]
     });
-    let longest = longest.fold(0.0, f64::max);
+    // A block of the only run tells nothing of a memory that goes on in its neighbours.
+    let groups = if runs.len() == 1 { BLOCKS } else { 1 };
+    let longest = longest.fold(0.0, f64::max) / groups as f64;
     let steps = runs.iter().map(|run| run.sensor.usual_step());
     let step = steps.fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let slower = TIMES

@@ -49,8 +49,6 @@ pub enum Block {
     Powers,
     /// Sums over the channels of functions that rise.
     Sums,
-    /// Products of two of the few largest components.
-    Squares,
     /// Products of two and of three of more components.
     Products,
     /// What the sums did lately.
@@ -67,11 +65,10 @@ pub enum Block {
 
 impl Block {
     /// All of them in the order of the features.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Channels,
         Self::Powers,
         Self::Sums,
-        Self::Squares,
         Self::Products,
         Self::SlowSums,
         Self::Slow,
@@ -86,7 +83,6 @@ impl Block {
             Self::Channels => "channels",
             Self::Powers => "powers",
             Self::Sums => "sums",
-            Self::Squares => "squares",
             Self::Products => "products",
             Self::SlowSums => "memory of sums",
             Self::Slow => "memory",
@@ -148,10 +144,6 @@ impl FeatureLaw {
             Block::Channels => self.directions.len(),
             Block::Powers => 3 * self.powers(),
             Block::Sums => SUMS,
-            Block::Squares => {
-                let n = components.min(SLOW_FACTORS);
-                n * (n + 1) / 2
-            }
             Block::Products => {
                 let (n, m) = (components.min(SQUARES), components.min(CUBES));
                 n * (n + 1) / 2 + m * (m + 1) * (m + 2) / 6
@@ -289,11 +281,9 @@ impl FeatureLaw {
         features.extend(bases.iter().map(|g| g * g * g / 10.0));
         features.extend(state.sums);
         let u = &state.components;
-        for count in [SLOW_FACTORS, SQUARES] {
-            let p = &u[..u.len().min(count)];
-            for (i, a) in p.iter().enumerate() {
-                features.extend(p[i..].iter().map(|b| a * b));
-            }
+        let p = &u[..u.len().min(SQUARES)];
+        for (i, a) in p.iter().enumerate() {
+            features.extend(p[i..].iter().map(|b| a * b));
         }
         let p = &u[..u.len().min(CUBES)];
         for (i, a) in p.iter().enumerate() {
@@ -367,16 +357,14 @@ impl FeatureLaw {
         }
         let u = &state.components;
         let mut of_components = vec![0.0; u.len()];
-        let mut weights_left = of(Block::Squares).iter().chain(of(Block::Products));
+        let mut weights_left = of(Block::Products).iter();
         let mut next = || weights_left.next().copied().unwrap_or(0.0);
-        for count in [SLOW_FACTORS, SQUARES] {
-            let n = u.len().min(count);
-            for i in 0..n {
-                for j in i..n {
-                    let weight = next();
-                    of_components[i] += weight * u[j];
-                    of_components[j] += weight * u[i];
-                }
+        let n = u.len().min(SQUARES);
+        for i in 0..n {
+            for j in i..n {
+                let weight = next();
+                of_components[i] += weight * u[j];
+                of_components[j] += weight * u[i];
             }
         }
         let n = u.len().min(CUBES);

@@ -1,0 +1,446 @@
+//! Kinds of skins: trains on runs of each and judges what live says of a further one, beside plain regressions.
+//!
+//! `cargo run --release -p taxel-calibrate --example skins -- [--one-run] [--seeds 1,2] [--kinds few,strip] [FOLDER…]`
+//!
+//! Without a folder the kinds of `kinds.rs`, three runs each, and further runs: alike, with a wider probe, and with
+//! faster presses. A folder has `sensor.toml`, runs to train on in `runs/` and one more in `next/`, as
+//! `--write FOLDER` writes them. `--one-run` trains on the first run alone. A row for each: of the force (N), of its
+//! components and of the position (mm) the root mean square error over the further run of the best plain regression
+//! (the one that turns out best on it) and of the program, and the share within the 95 % intervals; then what
+//! training stated of held-out readings, frames in which a channel is called wrong, seconds, and the largest memory
+//! of the process so far.
+
+mod baseline;
+mod kinds;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use std::{env, fs};
+
+use baseline::Inputs;
+use kinds::{Further, KINDS, Skin};
+use taxel::estimation::ArrayEstimator;
+use taxel::sensor::Sensor;
+use taxel_calibrate::{
+    CalibrateOptions, CalibrationFile, NamedSensor, Provenance, TrainingFile, train,
+};
+use taxel_recording::Frame;
+
+type Failed = Box<dyn std::error::Error>;
+
+/// Share of the largest force above which a position is judged.
+const TOUCHES: f64 = 0.05;
+/// Frames of the rest capture.
+const REST: usize = 50;
+
+/// What is trained on, and what is judged.
+struct Task {
+    name: String,
+    sensor: String,
+    runs: Vec<TrainingFile>,
+    further: Vec<(&'static str, String)>,
+}
+
+impl Task {
+    fn of_folder(folder: &Path) -> Result<Self, Failed> {
+        let files = |name: &str| -> Result<Vec<TrainingFile>, Failed> {
+            let entries = fs::read_dir(folder.join(name))?.map(|entry| entry.map(|e| e.path()));
+            let mut paths: Vec<PathBuf> = entries.collect::<Result<_, _>>()?;
+            paths.sort();
+            let file = |path: PathBuf| -> Result<TrainingFile, Failed> {
+                let (text, name) = (fs::read_to_string(&path)?, path.display().to_string());
+                Ok(TrainingFile { text, name })
+            };
+            paths.into_iter().map(file).collect()
+        };
+        let further = files("next")?.into_iter().map(|file| ("alike", file.text));
+        Ok(Self {
+            name: folder.file_name().unwrap_or_default().display().to_string(),
+            sensor: fs::read_to_string(folder.join("sensor.toml"))?,
+            runs: files("runs")?,
+            further: further.collect(),
+        })
+    }
+
+    fn of_kind(skin: &Skin, seed: u64) -> Self {
+        let run = |number: u64| TrainingFile {
+            name: format!("run{number}.csv"),
+            text: skin.run(number, Further::Alike),
+        };
+        Self {
+            name: format!("{} {seed}", skin.kind.name),
+            sensor: skin.sensor(),
+            runs: (1..=3).map(run).collect(),
+            further: vec![
+                ("alike", skin.run(4, Further::Alike)),
+                ("probe", skin.run(5, Further::Probe)),
+                ("speed", skin.run(6, Further::Speed)),
+            ],
+        }
+    }
+
+    fn write(&self, folder: &Path) -> Result<(), Failed> {
+        let folder = folder.join(self.name.replace(' ', "_"));
+        for sub in ["runs", "next"] {
+            fs::create_dir_all(folder.join(sub))?;
+        }
+        fs::write(folder.join("sensor.toml"), &self.sensor)?;
+        for file in &self.runs {
+            fs::write(folder.join("runs").join(&file.name), &file.text)?;
+        }
+        Ok(fs::write(
+            folder.join("next/alike.csv"),
+            &self.further[0].1,
+        )?)
+    }
+}
+
+/// A run as numbers.
+struct Table {
+    inputs: Inputs,
+    frames: Vec<Vec<f64>>,
+    /// Force, its components, position; NaN where there is none.
+    targets: Vec<(&'static str, Vec<f64>)>,
+    /// First frame that is judged.
+    first: usize,
+    top: f64,
+}
+
+const TARGETS: [(&str, &str); 5] = [
+    ("force", "force_z [N]"),
+    ("fx", "force_x [N]"),
+    ("fy", "force_y [N]"),
+    ("x", "x [mm]"),
+    ("y", "y [mm]"),
+];
+
+impl Table {
+    fn of(text: &str) -> Result<Self, Failed> {
+        let mut lines = text.lines();
+        let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+        let rows: Vec<Vec<f64>> = lines
+            .map(|line| {
+                line.split(',')
+                    .map(|cell| cell.parse().unwrap_or(f64::NAN))
+                    .collect()
+            })
+            .collect();
+        let column = |title: &str| head.iter().position(|other| *other == title);
+        let channels: Vec<usize> = (0..head.len())
+            .filter(|at| head[*at].starts_with("channel_"))
+            .collect();
+        let targets = TARGETS.into_iter().filter_map(|(name, title)| {
+            let at = column(title)?;
+            Some((name, rows.iter().map(|row| row[at]).collect()))
+        });
+        let mut targets: Vec<(&'static str, Vec<f64>)> = targets.collect();
+        let force = targets.first().ok_or("no force")?.1.clone();
+        let top = force.iter().copied().fold(0.0, f64::max);
+        let touch = force
+            .iter()
+            .position(|force| *force > TOUCHES * top)
+            .unwrap_or(0);
+        for (_, own) in targets
+            .iter_mut()
+            .filter(|(name, _)| ["x", "y"].contains(name))
+        {
+            for (own, force) in own.iter_mut().zip(&force) {
+                *own = if *force > TOUCHES * top {
+                    *own
+                } else {
+                    f64::NAN
+                };
+            }
+        }
+        let frames: Vec<Vec<f64>> = rows
+            .iter()
+            .map(|row| channels.iter().map(|at| row[*at]).collect())
+            .collect();
+        let quiet = &frames[..(touch * 7 / 10).clamp(5, 25).min(frames.len())];
+        let rest: Vec<f64> = (0..channels.len())
+            .map(|at| quiet.iter().map(|row| row[at]).sum::<f64>() / quiet.len() as f64)
+            .collect();
+        let less = |row: &Vec<f64>| row.iter().zip(&rest).map(|(x, rest)| x - rest).collect();
+        Ok(Self {
+            inputs: Inputs {
+                times: rows.iter().map(|row| row[0]).collect(),
+                rows: frames.iter().map(less).collect(),
+            },
+            frames,
+            targets,
+            first: REST.min(touch * 8 / 10),
+            top,
+        })
+    }
+
+    fn target(&self, name: &str) -> Option<&Vec<f64>> {
+        self.targets
+            .iter()
+            .find(|(other, _)| *other == name)
+            .map(|(_, own)| own)
+    }
+
+    /// Root mean square error of estimates of a target.
+    fn error(&self, name: &str, estimates: &[f64]) -> f64 {
+        let known = self
+            .target(name)
+            .into_iter()
+            .flatten()
+            .zip(estimates)
+            .skip(self.first);
+        let known = known.filter(|(known, own)| known.is_finite() && own.is_finite());
+        let (sum, count) = known.fold((0.0, 0.0), |(s, n), (known, own)| {
+            (s + (known - own) * (known - own), n + 1.0)
+        });
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// Share of the known values of a target, in percent, that are within the intervals of estimates that are known.
+    fn held(&self, name: &str, estimates: &[[f64; 2]]) -> f64 {
+        let known = self
+            .target(name)
+            .into_iter()
+            .flatten()
+            .zip(estimates)
+            .skip(self.first);
+        let known = known.filter(|(known, [own, deviation])| {
+            known.is_finite() && own.is_finite() && deviation.is_finite()
+        });
+        let (held, count) = known.fold((0.0, 0.0), |(held, n), (known, [own, deviation])| {
+            (
+                held + f64::from(u8::from((known - own).abs() < 1.96 * deviation)),
+                n + 1.0,
+            )
+        });
+        100.0 * held / f64::max(count, 1.0)
+    }
+}
+
+/// Values and deviations of each target, and the number of frames in which a channel is called wrong.
+fn live(
+    estimator: &mut ArrayEstimator,
+    table: &Table,
+) -> Result<(Vec<Vec<[f64; 2]>>, usize), Failed> {
+    let mut found = vec![Vec::new(); TARGETS.len()];
+    let mut wrong = 0;
+    let rows = (0..).zip(&table.inputs.times).zip(&table.frames);
+    for ((sequence, time), values) in rows {
+        let frame = Frame {
+            sequence,
+            time_ns: (time * 1e9).round() as u64,
+            values: values.clone(),
+            ..Frame::default()
+        };
+        let (touch, _) = estimator.push(&frame)?;
+        wrong += usize::from(touch.channels.states.iter().any(|state| !state.usable()));
+        let unknown = [f64::NAN; 2];
+        let total = |axis: usize| match touch.zero_known {
+            true => [
+                touch.total.force[axis],
+                touch.total_covariance[axis][axis].sqrt(),
+            ],
+            false => unknown,
+        };
+        let contact = touch.contacts.first().filter(|_| touch.zero_known);
+        let place = contact.map_or([unknown; 2], |contact| {
+            let [xx, _, yy] = contact.covariance;
+            [
+                [1e3 * contact.centre[0], 1e3 * xx.sqrt()],
+                [1e3 * contact.centre[1], 1e3 * yy.sqrt()],
+            ]
+        });
+        let force = touch.pressing_force().filter(|_| touch.zero_known);
+        let own = [
+            force.unwrap_or(unknown),
+            total(0),
+            total(1),
+            place[0],
+            place[1],
+        ];
+        for (all, own) in found.iter_mut().zip(own) {
+            all.push(own);
+        }
+    }
+    Ok((found, wrong))
+}
+
+/// Largest memory of this process so far, GB; zero where the system does not say.
+fn memory() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) * 1024e-9
+}
+
+/// Rows of the table of a task, and for each row the errors of the force and of the position over the best plain ones.
+fn judged(task: &Task, remarks: bool) -> Result<(String, Vec<f64>), Failed> {
+    let start = Instant::now();
+    let sensor = Sensor::parse("sensor.toml", &task.sensor)?;
+    let named = NamedSensor {
+        name: "sensor.toml",
+        text: &task.sensor,
+        sensor: &sensor,
+    };
+    let groups: Vec<Vec<TrainingFile>> = task.runs.iter().map(|file| vec![file.clone()]).collect();
+    let outcome = train(&named, &groups, &CalibrateOptions::default())?;
+    let seconds = start.elapsed().as_secs_f64();
+    let memory = memory();
+    let file = outcome.to_toml(&Provenance {
+        version: "0",
+        date: "2026-01-01",
+        data: "runs",
+        data_hash: "0",
+    });
+    let calibrated = CalibrationFile::parse("c.toml", &file)?.apply("c.toml", &named)?;
+    let array = calibrated.trained()?;
+    let held_out = &outcome.outcome.hold_out;
+    let held_out: Vec<String> = held_out
+        .iter()
+        .map(|one| format!("{:.3}", one.root_mean_square))
+        .collect();
+    let runs: Vec<Table> = task
+        .runs
+        .iter()
+        .map(|file| Table::of(&file.text))
+        .collect::<Result<_, _>>()?;
+    let inputs: Vec<Inputs> = runs
+        .iter()
+        .map(|run| Inputs {
+            times: run.inputs.times.clone(),
+            rows: run.inputs.rows.clone(),
+        })
+        .collect();
+    let (mut text, mut ratios) = (String::new(), Vec::new());
+    if remarks {
+        for remark in &outcome.outcome.remarks {
+            writeln!(text, "  {remark}")?;
+        }
+    }
+    for (further, table) in &task.further {
+        let table = Table::of(table)?;
+        let mut estimator = ArrayEstimator::new(calibrated.device()?.reader(&array.stream())?);
+        estimator.begin_unasked_rest_capture(REST);
+        let (found, wrong) = live(&mut estimator, &table)?;
+        write!(text, "{:<18} {further:<6}", task.name)?;
+        let plain = |name: &str| {
+            let targets: Vec<Vec<f64>> = runs
+                .iter()
+                .filter_map(|run| run.target(name).cloned())
+                .collect();
+            baseline::estimates(&inputs, &targets, &table.inputs)
+        };
+        let values = |at: usize| {
+            found[at]
+                .iter()
+                .map(|[value, _]| *value)
+                .collect::<Vec<f64>>()
+        };
+        for (at, (name, _)) in TARGETS.iter().enumerate().take(3) {
+            if table.target(name).is_none() {
+                continue;
+            }
+            let (best, error) = baseline::best(&plain(name), |own| table.error(name, own));
+            let own = table.error(name, &values(at));
+            let held = table.held(name, &found[at]);
+            write!(text, " | {name} {error:.3} ({best}) {own:.3} {held:.1} %")?;
+            if *further == "alike" && at == 0 {
+                ratios.push(own / error);
+            }
+        }
+        if table
+            .target("x")
+            .is_some_and(|x| x.iter().any(|x| x.is_finite()))
+        {
+            let [xs, ys] = ["x", "y"].map(plain);
+            let both: Vec<(&str, [Vec<f64>; 2])> = xs
+                .into_iter()
+                .zip(ys)
+                .map(|((name, x), (_, y))| (name, [x, y]))
+                .collect();
+            let error = |[x, y]: &[Vec<f64>; 2]| table.error("x", x).hypot(table.error("y", y));
+            let errors = both.iter().map(|(name, own)| (*name, error(own)));
+            let (best, least) = errors
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap_or(("none", f64::NAN));
+            let own = error(&[values(3), values(4)]);
+            let held = 0.5 * (table.held("x", &found[3]) + table.held("y", &found[4]));
+            write!(text, " | position {least:.2} ({best}) {own:.2} {held:.1} %")?;
+            if *further == "alike" {
+                ratios.push(own / least);
+            }
+        }
+        let frames = table.frames.len();
+        writeln!(
+            text,
+            " | {} N | stated {} | wrong {wrong} of {frames} | {seconds:.0} s {memory:.2} GB",
+            (10.0 * table.top).round() / 10.0,
+            held_out.join(" ")
+        )?;
+    }
+    Ok((text, ratios))
+}
+
+#[allow(clippy::print_stdout, reason = "it is a program")]
+fn main() -> Result<(), Failed> {
+    let (mut seeds, mut names, mut one, mut remarks) = (vec![1], Vec::new(), false, false);
+    let (mut write, mut folders) = (None, Vec::new());
+    let mut arguments = env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
+        match argument.as_str() {
+            "--one-run" => one = true,
+            "--remarks" => remarks = true,
+            "--seeds" => {
+                seeds = value()?
+                    .split(',')
+                    .map(str::parse)
+                    .collect::<Result<Vec<u64>, _>>()?;
+            }
+            "--kinds" => names = value()?.split(',').map(str::to_owned).collect(),
+            "--write" => write = Some(PathBuf::from(value()?)),
+            folder => folders.push(PathBuf::from(folder)),
+        }
+    }
+    let mut tasks: Vec<Task> = folders
+        .iter()
+        .map(|folder| Task::of_folder(folder))
+        .collect::<Result<_, _>>()?;
+    if folders.is_empty() {
+        for kind in KINDS
+            .into_iter()
+            .filter(|kind| names.is_empty() || names.iter().any(|n| n == kind.name))
+        {
+            tasks.extend(
+                seeds
+                    .iter()
+                    .map(|seed| Task::of_kind(&Skin::new(kind, *seed), *seed)),
+            );
+        }
+    }
+    let mut all = Vec::new();
+    for mut task in tasks {
+        if let Some(folder) = &write {
+            task.write(folder)?;
+            continue;
+        }
+        if one {
+            task.runs.truncate(1);
+        }
+        match judged(&task, remarks) {
+            Ok((text, ratios)) => {
+                print!("{text}");
+                all.extend(ratios);
+            }
+            Err(error) => println!("{:<18} {error}", task.name),
+        }
+    }
+    let mean = all.iter().map(|ratio: &f64| ratio.ln()).sum::<f64>() / all.len().max(1) as f64;
+    let worse = all.iter().filter(|ratio| **ratio > 1.1).count();
+    println!(
+        "of {} forces and positions {worse} err by more than 1.1 of the best plain regression, in the geometric mean {:.3} of it",
+        all.len(),
+        mean.exp()
+    );
+    Ok(())
+}
