@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p taxel-calibrate --example skins -- [--one-run] [--seeds 1,2] [--kinds few,strip] [FOLDER…]`
 //!
-//! Without a folder the kinds of `kinds.rs`, three runs each, and further runs: alike, with a wider probe, and with
+//! Without a folder the kinds of `kinds.rs` (1024 channels with `--kinds huge` alone), three runs each, and further runs: alike, with a wider probe, and with
 //! faster presses. A folder has `sensor.toml`, runs to train on in `runs/` and one more in `next/`, as
 //! `--write FOLDER` writes them. `--one-run` trains on the first run alone. A row for each: of the force (N), of its
 //! components and of the position (mm) the root mean square error over the further run of the best plain regression
@@ -19,7 +19,7 @@ use std::time::Instant;
 use std::{env, fs};
 
 use baseline::Inputs;
-use kinds::{Further, KINDS, Skin};
+use kinds::{Further, HUGE, KINDS, Kind, Skin};
 use taxel::estimation::ArrayEstimator;
 use taxel::sensor::Sensor;
 use taxel_calibrate::{
@@ -407,10 +407,11 @@ fn main() -> Result<(), Failed> {
         .map(|folder| Task::of_folder(folder))
         .collect::<Result<_, _>>()?;
     if folders.is_empty() {
-        for kind in KINDS
+        let named = |kind: &Kind| names.iter().any(|name| name == kind.name);
+        let kinds = KINDS
             .into_iter()
-            .filter(|kind| names.is_empty() || names.iter().any(|n| n == kind.name))
-        {
+            .filter(|kind| names.is_empty() || named(kind));
+        for kind in kinds.chain(Some(HUGE).filter(named)) {
             tasks.extend(
                 seeds
                     .iter()

@@ -370,12 +370,17 @@ fn table(
         return Err(data.error("x", "a place needs x and y", help));
     }
     let rows = 0..data.len();
+    let filled = |row: usize| [x, y].iter().all(|c| data.number(row, *c).is_some());
+    // Empty columns are none.
+    let has_places = data.given[x] && rows.clone().any(filled);
+    if data.given[x] && !has_places {
+        remarks.push(Remark::whole(format!(
+            "{}: x and y are empty; no position is learned",
+            file.name
+        )));
+    }
     let at = |row: usize, column: usize| data.number(row, column).unwrap_or(0.0);
-    let whole = |row: &usize| {
-        [x, y]
-            .iter()
-            .all(|c| !data.given[*c] || data.number(*row, *c).is_some())
-    };
+    let whole = |row: &usize| !has_places || filled(*row);
     let series = |rows: &[usize], columns: &[usize]| {
         let times = rows.iter().map(|row| match period {
             Some(period) => *row as f64 * period,
@@ -424,7 +429,7 @@ fn table(
             rest: None,
             scale_clock: None,
         },
-        placed: data.given[x],
+        placed: has_places,
     })
 }
 

@@ -378,28 +378,28 @@ const DELAY_STEP: f64 = 0.1;
 pub fn delay_of_scale(runs: &[Session]) -> Result<f64, TrainingError> {
     let quick = Quick::of(runs)?;
     let seen = quick.change_within(0.5 * DELAY_STEP);
-    // The least error, and the time that has it, if the scale is clearly late.
-    let late = |(blocks, memory): (&[Block], f64)| -> Result<Option<(f64, f64)>, TrainingError> {
-        let tried: Vec<(f64, f64)> = (-5..=15)
-            .into_par_iter()
-            .map(|steps| {
-                let offset = DELAY_STEP * f64::from(steps);
-                Ok((quick.error(offset, blocks, memory)?.0, offset))
-            })
-            .collect::<Result<_, TrainingError>>()?;
-        let prompt = tried.iter().find(|(_, offset)| *offset == 0.0);
-        let prompt = prompt.map_or(0.0, |(error, _)| *error);
-        let least = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(least.filter(|(least, _)| *least < CLEARLY_LATE * prompt && prompt - least > seen))
-    };
-    let mut best: Option<(f64, f64)> = None;
-    for setting in SHOWN_BY {
-        let Some(found) = late(setting)? else {
-            return Ok(0.0);
-        };
-        best = Some(best.filter(|best| best.0 < found.0).unwrap_or(found));
+    let tried: Vec<(f64, Vec<f64>)> = (-5..=15)
+        .into_par_iter()
+        .map(|steps| {
+            let offset = DELAY_STEP * f64::from(steps);
+            Ok((offset, quick.errors(offset, &SHOWN_BY)?.0))
+        })
+        .collect::<Result<_, TrainingError>>()?;
+    let mut best = (f64::INFINITY, 0.0);
+    for setting in 0..SHOWN_BY.len() {
+        let prompt = tried.iter().find(|(offset, _)| *offset == 0.0);
+        let prompt = prompt.map_or(0.0, |(_, errors)| errors[setting]);
+        let own = tried
+            .iter()
+            .map(|(offset, errors)| (errors[setting], *offset));
+        let least = own.min_by(|a, b| a.0.total_cmp(&b.0));
+        match least.filter(|(least, _)| *least < CLEARLY_LATE * prompt && prompt - least > seen) {
+            Some(least) if least.0 < best.0 => best = least,
+            Some(_) => {}
+            None => return Ok(0.0),
+        }
     }
-    Ok(best.map_or(0.0, |(_, offset)| offset))
+    Ok(best.1)
 }
 
 /// Lines through the errors of each run, and what is left of the errors without what the lines of

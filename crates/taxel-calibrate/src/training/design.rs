@@ -238,7 +238,7 @@ impl Design {
         (0..self.mean.len()).collect()
     }
 
-    fn columns(&self, (of, blocks): Form) -> Vec<usize> {
+    pub(super) fn columns(&self, (of, blocks): (usize, &[Block])) -> Vec<usize> {
         let own = self
             .ranges
             .iter()

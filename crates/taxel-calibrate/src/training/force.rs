@@ -420,6 +420,8 @@ impl<'a> Quick<'a> {
     /// [`TrainingError`].
     pub(crate) fn of(runs: &'a [Session]) -> Result<Self, TrainingError> {
         let (standard, mut law) = law_of(runs, None)?;
+        // Kernels are not among its features.
+        law.centres.clear();
         // A memory shorter than the delays that are looked for makes up for them.
         law.times.retain(|time| *time > LONGEST_DELAY);
         law.times.insert(0, LONGEST_DELAY);
@@ -464,26 +466,34 @@ impl<'a> Quick<'a> {
         })
     }
 
-    /// Mean square error over the variance of the readings, of a scale that comes `offset` s after the
-    /// sensor, with a prior of the memory for each reading; and
-    /// the number of readings.
-    pub(crate) fn error(
+    /// Mean square errors over the variance of the readings, of a scale that comes `offset` s after the sensor, of
+    /// maps of some features with a prior of their memory for each reading; and the number of readings.
+    pub(crate) fn errors(
         &self,
         offset: f64,
-        blocks: &[Block],
-        memory: f64,
-    ) -> Result<(f64, usize), TrainingError> {
+        settings: &[(&[Block], f64)],
+    ) -> Result<(Vec<f64>, usize), TrainingError> {
         let map = ForceMap {
             offset,
             ..self.map.clone()
         };
-        let design = design_of(&map, self.runs, &self.times, None, blocks)?;
+        let all = settings.iter().max_by_key(|(blocks, _)| blocks.len());
+        let all = all.map_or(&[][..], |(blocks, _)| *blocks);
+        let design = design_of(&map, self.runs, &self.times, None, all)?;
         let (targets, _) = design.targets(&self.readings);
         let solver = Solver::of(&design, &targets);
         let count: usize = targets.iter().map(Vec::len).sum();
-        let fitted = solver.fitted(&design.all(), None, memory * count as f64)?;
         let variance = targets.iter().flatten().map(|t| t * t).sum::<f64>() / count.max(1) as f64;
-        Ok((fitted.error / variance.max(f64::MIN_POSITIVE), count))
+        let error = |(blocks, memory): &(&[Block], f64)| {
+            let columns = design.columns((0, blocks));
+            let fitted = solver.fitted(&columns, None, memory * count as f64)?;
+            Ok(fitted.error / variance.max(f64::MIN_POSITIVE))
+        };
+        let errors = settings
+            .iter()
+            .map(error)
+            .collect::<Result<_, TrainingError>>()?;
+        Ok((errors, count))
     }
 
     /// Mean square of the change of the readings within `time`, s, over their variance.

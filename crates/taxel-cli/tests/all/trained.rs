@@ -63,7 +63,7 @@ fn recordings_become_a_calibration_that_feels() {
     let data = data.to_string_lossy();
     let text = done(&["calibrate", SENSOR, &data, "-o", &file, "--report", &page]);
     assert!(
-        text.contains("inverted surface") && text.contains("five nearest neighbours"),
+        text.contains("surface, x") && text.contains("force, share"),
         "{text}"
     );
     assert!(
@@ -271,7 +271,7 @@ fn a_calibration_of_another_sensor_and_a_tampered_one_are_refused() {
     for (from, to, key) in [
         ("channels = 15", "channels = 14", "trained."),
         ("longest_step = ", "longest_step = -", "longest_step"),
-        ("noise_variance = ", "noise_variance = -", "trained.ridge"),
+        ("farthest = ", "farthest = -", "farthest"),
         ("scale = [\n  ", "scale = [\n  nan, ", "trained.standard"),
         ("[trained.rest]", "[trained.peace]", "peace"),
     ] {

@@ -362,7 +362,7 @@ impl TrainedReader {
         if let Some((force, map)) = force.as_mut().zip(self.force.as_ref()).filter(|_| least) {
             (force.value, force.deviation) = (map.map().pressing.range[1], stated[0][1]);
         }
-        let beyond = beyond.surely;
+        let (beyond, harder) = (beyond.surely, beyond.pressed_harder);
         let open = self.replaced.iter().zip(&self.drifted);
         let open: Vec<f64> = open
             .map(|(replaced, drift)| replaced.hypot(*drift))
@@ -387,12 +387,13 @@ impl TrainedReader {
             .transpose()?;
         let place = self.place.as_mut();
         let place = place.map(|map| map.push(time, values, &open)).transpose()?;
+        let by_pattern = place.is_some();
         // The surface knows depths; where a contact is the mixture says, if there is one.
         let depth = position.and_then(|position| position.depth);
         let position = place
             .map(|place| PositionEstimate { depth, ..place })
-            .or(position)
-            .filter(|position| position.support == Support::Trained);
+            .or(position);
+        let trained = position.filter(|position| position.support == Support::Trained);
         let pressed =
             |force: &Estimate| self.shown(&stated, 0) > open_at(&stated, 0, force.deviation);
         let contact = match &force {
@@ -400,12 +401,18 @@ impl TrainedReader {
                 Some(pressed(force))
             }
             // A frame unlike all presses may be one of another depth, or none.
-            _ => position.map(|_| true),
+            _ => trained.map(|_| true),
         };
         // What leaves nothing to see at rest may be drift.
-        let beyond = beyond || self.unlike && contact != Some(false);
+        let unlike = self.unlike && contact != Some(false);
         let outside = |force: &Estimate| force.support == Support::Outside;
-        let beyond_position = beyond || force.as_ref().is_some_and(outside);
+        // A pattern without its size has a reach of its own, and channels that saturate change it.
+        let far = match by_pattern {
+            true => harder,
+            false => beyond || force.as_ref().is_some_and(outside),
+        };
+        let beyond_position = unlike || far || trained.is_none();
+        let beyond = beyond || unlike;
         // Where the readings are beyond training, the maps do not say how far a position is off.
         let position = position.map(|position| match self.area.anywhere() {
             [xx, xy, yy] if beyond_position => PositionEstimate {

@@ -36,7 +36,7 @@ pub struct ChannelGroup {
 }
 
 /// Most channels of a body.
-pub const MOST_CHANNELS: usize = 256;
+pub const MOST_CHANNELS: usize = 1024;
 
 impl TrainedBody {
     /// Name of each channel in the order of a frame.

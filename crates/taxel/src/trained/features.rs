@@ -32,8 +32,6 @@ const SLOW_FACTORS: usize = 3;
 pub const SUMS: usize = 6;
 /// A reading at this many times the largest of training would be infinite of a channel that saturates.
 const SATURATES: [f64; 2] = [1.02, 1.3];
-/// Least distance from there, of the largest reading.
-const NEAREST_SATURATION: f64 = 0.02;
 /// Times whose part that recovers is a feature of its own: a body may load and unload otherwise.
 const RECOVERING: usize = 3;
 /// Lengths of the kernels over the median distance of their centres.
@@ -242,20 +240,18 @@ impl FeatureLaw {
         let mut sums = [0.0; SUMS];
         for (x, relative) in x.iter().zip(&self.relative) {
             let y = x * relative;
-            let size = y.abs();
             sums[0] += y;
             sums[1] += rooted(y)[0];
+            // Beyond all readings of training only what is straight or flatter goes on.
+            let y = y.clamp(-self.most, self.most);
+            let size = y.abs();
             sums[2] += y * size;
             sums[3] += y * y * y;
             for (sum, end) in sums[4..].iter_mut().zip(SATURATES) {
-                *sum += y / self.to_saturation(end, size);
+                *sum += y / (end * self.most - size);
             }
         }
         sums
-    }
-
-    fn to_saturation(&self, end: f64, size: f64) -> f64 {
-        (end * self.most - size).max(NEAREST_SATURATION * self.most)
     }
 
     /// What powers are taken of: the channels, or components of unit length.
@@ -447,12 +443,12 @@ impl FeatureLaw {
         for ((slope, x), relative) in slopes.iter_mut().zip(x).zip(&self.relative) {
             let y = x * relative;
             let size = y.abs();
-            let mut by =
-                sums[0] + sums[1] * rooted(y)[1] + sums[2] * 2.0 * size + sums[3] * 3.0 * y * y;
-            for (weight, end) in sums[4..].iter().zip(SATURATES) {
-                let left = self.to_saturation(end, size);
-                let moves = end * self.most - size > NEAREST_SATURATION * self.most;
-                by += weight * (1.0 / left + if moves { size / (left * left) } else { 0.0 });
+            let mut by = sums[0] + sums[1] * rooted(y)[1];
+            if size < self.most {
+                by += sums[2] * 2.0 * size + sums[3] * 3.0 * y * y;
+                for (weight, end) in sums[4..].iter().zip(SATURATES) {
+                    by += weight * end * self.most / (end * self.most - size).powi(2);
+                }
             }
             *slope += by * relative;
         }

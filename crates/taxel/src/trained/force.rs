@@ -265,8 +265,10 @@ impl ForceMap {
     pub(super) fn check(&self) -> Result<(), TrainingError> {
         let sound = |least: f64| move |value: &f64| *value >= least && value.is_finite();
         let (law, width) = (&self.law, self.standard.used.len());
-        let standard = self.standard.is_sound() && law.is_sound(width);
-        if !standard {
+        if !self.standard.is_sound() {
+            return Err(TrainingError::Unsound { table: "standard" });
+        }
+        if !law.is_sound(width) {
             return Err(TrainingError::Unsound { table: "law" });
         }
         for (sound, table) in [
