@@ -161,6 +161,36 @@ fn any_message_is_read_by_the_text_of_its_definition() {
     }
 }
 
+/// Each field of the points is a map, by its name.
+#[test]
+fn fields_of_point_clouds_are_named_channels() {
+    for name in ["bag_points", "bag_points_old"] {
+        let (stream, frames, _) = read(name, "/points", "value=f[1].r0c0..f[1].r1c2");
+        assert_eq!((stream.rows, stream.columns), (1, 6));
+        // The field `f` has two numbers: the row, and 3 + 10 x row + column.
+        let (_, all, _) = read(name, "/points", "");
+        assert_eq!(all[3].values.len(), 24);
+        assert_eq!(all[3].values[..6], [0.0, 0.5, 1.0, 0.0, 0.5, 1.0]);
+        assert_eq!(all[3].values[6..12], [3.0; 6]);
+        assert_eq!(all[3].values[12..18], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        let second = [3.0, 4.0, 5.0, 13.0, 14.0, 15.0];
+        assert_eq!(all[3].values[18..], second);
+        assert_eq!(frames[3].values, second);
+        assert_eq!(frames[3].time_ns, stamp(3));
+    }
+}
+
+#[test]
+fn arrays_of_matlab_4_are_read_in_both_orders_of_bytes() {
+    for (name, scale) in [("v4.mat", 1.5), ("v4_big.mat", 1.0)] {
+        let (_, frames, _) = read(name, "small", "");
+        assert_eq!(frames[7].values, [14.0 * scale, 15.0 * scale], "{name}");
+        assert_eq!(frames[7].time_ns, 70_000_000, "{name}");
+    }
+    assert!(refusal("v4.mat", "name", "").contains("text"));
+    assert!(refusal("v4.mat", "z", "").contains("complex"));
+}
+
 #[test]
 fn a_file_lists_what_it_holds_and_asks_for_one_of_several() {
     let found = opened("bag_mcap").unwrap();
