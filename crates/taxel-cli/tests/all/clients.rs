@@ -137,6 +137,114 @@ fn a_client_after_the_end_gets_the_last_frame_and_the_history() {
     );
 }
 
+const PYTHON_CONTROLS: &str = r#"
+import json, sys, time
+from taxel_live import TaxelLive
+with TaxelLive(sys.argv[1]) as live:
+    live.pause()
+    live.seek(3.0)
+    for frame in live.frames():
+        replay = live.status and live.status["replay"]
+        if replay and replay["paused"] and frame.time_ns >= 3_000_000_000:
+            break
+        live.step()
+    print(json.dumps({"sought": frame.time_ns >= 3_000_000_000, "paused": replay["paused"]}))
+"#;
+
+const JAVASCRIPT_CONTROLS: &str = r"
+const { TaxelLive } = await import(process.argv[2]);
+const live = await TaxelLive.open(process.argv[3]);
+live.pause();
+live.seek(3);
+for await (const frame of live) {
+  const replay = live.status?.replay;
+  if (replay?.paused && frame.timeNs >= 3_000_000_000n) {
+    console.log(JSON.stringify({ sought: true, paused: replay.paused }));
+    break;
+  }
+  live.step();
+}
+live.close();
+";
+
+/// Played at this speed the recording would reach 3 s after 300 s: a frame behind it was sought.
+#[test]
+fn clients_control_a_replay() {
+    let folder = Folder::new("client-controls");
+    let recording = "../taxel-recording/tests/recordings/fingertip.csv";
+    let source = format!("replay:{}/{recording}", env!("CARGO_MANIFEST_DIR"));
+    let script = folder.path("client.mjs");
+    fs::write(&script, JAVASCRIPT_CONTROLS).unwrap();
+    let module = clients().join("javascript/taxel-live.js");
+    let module = module.canonicalize().unwrap();
+    let begin = || {
+        Beside::start(&[
+            "live", "--source", &source, "--speed", "0.01", "--port", "0",
+        ])
+    };
+    let (one, other) = (begin(), begin());
+    for (program, arguments) in [
+        ("python3", &["-c", PYTHON_CONTROLS, &one.line][..]),
+        ("node", &[&script, &*module.to_string_lossy(), &other.line]),
+    ] {
+        if let Some(output) = interpreted(program, arguments) {
+            let expected = serde_json::json!({ "sought": true, "paused": true });
+            assert_eq!(printed(&output), expected, "{program}");
+        }
+    }
+}
+
+const PYTHON_SENSORS: &str = r#"
+import json, os, sys, time
+from taxel_live import TaxelLive, TaxelError
+with TaxelLive(sys.argv[1]) as live:
+    while not (live.status and live.status["sensors"]):
+        live.next_frame()
+    try:
+        live.sensor("nobody")
+        sys.exit("a sensor that is not there was found")
+    except TaxelError as error:
+        assert "names 0 sensors" in str(error), error
+    with live.sensor(1) as other:
+        other.start_recording("second.mcap")
+        while not (other.status and other.status["recording"]):
+            other.next_frame()
+        other.stop_recording()
+        while other.status["recording"]:
+            other.next_frame()
+        print(json.dumps({"first": live.hello["rows"], "second": other.hello["rows"]}))
+"#;
+
+#[test]
+fn a_client_records_the_second_of_two_sensors() {
+    let folder = Folder::new("client-sensors");
+    let records = folder.path("records");
+    fs::create_dir(&records).unwrap();
+    let arguments = [
+        "live",
+        "three-axis-8x8",
+        "three-axis-unit",
+        "--port",
+        "0",
+        "--record-folder",
+        &records,
+    ];
+    let live = Beside::start(&arguments);
+    let Some(output) = interpreted("python3", &["-c", PYTHON_SENSORS, &live.line]) else {
+        return;
+    };
+    assert_eq!(
+        printed(&output),
+        serde_json::json!({ "first": 8, "second": 1 })
+    );
+    assert!(
+        fs::metadata(format!("{records}/second.mcap"))
+            .unwrap()
+            .len()
+            > 0
+    );
+}
+
 const JAVASCRIPT: &str = r#"
 const { TaxelLive } = await import(process.argv[2]);
 let refused = false;
