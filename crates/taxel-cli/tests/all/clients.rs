@@ -319,6 +319,96 @@ fn a_program_in_python_is_a_source() {
     assert_eq!(found["link"]["wire"]["other"], 0);
 }
 
+/// Summary of frames that a program in Python sends as lines; `paths` are where it finds modules.
+#[track_caller]
+fn sent_by(python: &str, script: &str, arguments: &str, board: &str, paths: &str) -> Value {
+    let script = clients().join("python").join(script);
+    let source = format!("exec:{python} '{}' {arguments}", script.to_str().unwrap());
+    let live = ["live", "--raw", "--headless", "--format", "json"];
+    let output = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(live)
+        .args(["--board", board, "--source", &source, "--frames", "100"])
+        .env("PYTHONPATH", paths)
+        .output()
+        .unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    assert_eq!(found["frames"], 100, "{output:?}");
+    assert_eq!(found["link"]["wire"]["other"], 0, "{}", found["link"]);
+    found
+}
+
+/// With the synthetic board of the library itself.
+#[test]
+fn a_board_of_brainflow_is_a_source() {
+    let Some(python) = crate::python::python(&["brainflow"]) else {
+        return;
+    };
+    let folder = Folder::new("brainflow");
+    let script = clients().join("python/brainflow_source.py");
+    let described = Command::new(&python)
+        .args([script.to_str().unwrap(), "--board-file"])
+        .output()
+        .unwrap();
+    let board = folder.path("brainflow.toml");
+    fs::write(&board, &described.stdout).unwrap();
+    let found = sent_by(&python, "brainflow_source.py", "--board -1", &board, "");
+    assert_eq!(
+        (&found["lost"], &found["channels"]),
+        (&0.into(), &16.into())
+    );
+}
+
+const CARD: &str = "\
+schema = 1
+name = \"card\"
+[framing.lines]
+template = '{{\"t\":{time s},\"n\":{sequence},\"v\":[{value c1..c4 V}]}}'
+";
+
+/// The library of the cards at its own interface: it needs a driver that is not here.
+const FAKE_CARD: &str = "
+import time
+class Task:
+    def __enter__(self):
+        self.ai_channels, self.timing = Channels(), self
+        return self
+    def __exit__(self, *_): pass
+    def cfg_samp_clk_timing(self, rate, sample_mode): self.rate, self.mode = rate, sample_mode
+    def read(self, number_of_samples_per_channel):
+        time.sleep(number_of_samples_per_channel / self.rate)
+        return [[0.25 * channel] * number_of_samples_per_channel for channel in range(4)]
+class Channels:
+    def add_ai_voltage_chan(self, name): assert name == 'Dev1/ai0:3', name
+    def __len__(self): return 4
+";
+
+#[test]
+fn a_daq_card_is_a_source() {
+    if interpreted("python3", &["--version"]).is_none() {
+        return;
+    }
+    let folder = Folder::new("daq-card");
+    let package = folder.path("nidaqmx");
+    fs::create_dir(&package).unwrap();
+    fs::write(format!("{package}/__init__.py"), FAKE_CARD).unwrap();
+    let constants = "class AcquisitionType: CONTINUOUS = 10123\n";
+    fs::write(format!("{package}/constants.py"), constants).unwrap();
+    let board = folder.path("card.toml");
+    fs::write(&board, CARD).unwrap();
+    let paths = std::path::Path::new(&package).parent().unwrap();
+    let paths = paths.to_str().unwrap();
+    let card = "nidaqmx_source.py";
+    let found = sent_by("python3", card, "Dev1/ai0:3", &board, paths);
+    assert_eq!((&found["lost"], &found["channels"]), (&0.into(), &4.into()));
+    let last: Vec<f64> = found["last_signals_si"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect();
+    assert_eq!(last, [0.0, 0.25, 0.5, 0.75]);
+}
+
 #[test]
 fn a_controller_holds_a_force_on_the_twin() {
     let folder = Folder::new("hold-force");

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use taxel::estimation::Meaning;
 
 use super::frame::{Columns, FrameMessage};
-use super::output::{LineFormat, Sink};
+use super::sink::{LineFormat, Sink};
 use super::table::Rows;
 use crate::link::LinkHandle;
 use crate::outgoing::Outgoing;

@@ -18,7 +18,7 @@ use taxel::estimation::Meaning;
 
 use super::frame::FrameMessage;
 use super::lsl_query::holds;
-use super::output::Sink;
+use super::sink::Sink;
 use crate::events::EventRecord;
 use crate::outgoing::Outgoing;
 

@@ -8,11 +8,13 @@ mod lsl_query;
 mod osc;
 mod output;
 mod plot_juggler;
+mod sink;
 mod table;
 mod tcp;
 
 pub(crate) use frame::{Columns, FrameMessage};
 pub(crate) use output::Outlet;
-pub use output::{LineFormat, LineOutput, LineOutputError, LineSummary};
+pub use output::{LineOutput, LineOutputError, LineSummary};
+pub use sink::LineFormat;
 pub use table::TouchTable;
 pub(crate) use table::{Rows, TableWriter};

@@ -4,7 +4,7 @@ use std::io;
 
 use super::datagrams::Datagrams;
 use super::frame::FrameMessage;
-use super::output::Sink;
+use super::sink::Sink;
 use crate::events::EventRecord;
 use crate::outgoing::Outgoing;
 

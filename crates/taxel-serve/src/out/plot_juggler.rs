@@ -7,7 +7,7 @@ use taxel::estimation::Meaning;
 
 use super::datagrams::Datagrams;
 use super::frame::{Columns, FrameMessage, Number};
-use super::output::Sink;
+use super::sink::Sink;
 use crate::outgoing::Outgoing;
 
 /// The longest datagram, bytes: that of UDP over IPv4.
