@@ -117,6 +117,7 @@ export class TaxelLive {
   events = [];
   /** Frames that the reader of this client was too slow for. */
   dropped = 0;
+  #address;
   #socket;
   #frames = [];
   #waiting = null;
@@ -129,11 +130,12 @@ export class TaxelLive {
     const token = url.searchParams.get("token") ?? "";
     if (token === "") throw new TaxelError(`"${address}" has no token: use the address that taxel live prints`);
     url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
-    url.pathname = "/ws";
+    url.pathname = url.pathname.replace(/\/$/, "") + "/ws";
     url.search = `?token=${encodeURIComponent(token)}`;
     url.hash = "";
     const Socket = globalThis.WebSocket ?? PlainWebSocket;
     const live = new TaxelLive();
+    live.#address = address;
     await new Promise((resolve, reject) => {
       const socket = new Socket(url.href);
       live.#socket = socket;
@@ -168,6 +170,58 @@ export class TaxelLive {
   /** Notes `text` at the newest frame. */
   mark(text) {
     this.command({ command: "mark", text });
+  }
+
+  /** Returns to the rest values after entry `to` of `tares.entries`. */
+  undoTare(to) {
+    this.command({ command: "undo_tare", to });
+  }
+
+  /** Records the run to `name`, such as "grasp.mcap", in the folder `status.records_to`; `status.message` says why not. */
+  startRecording(name) {
+    this.command({ command: "start_recording", name });
+  }
+
+  stopRecording() {
+    this.command({ command: "stop_recording" });
+  }
+
+  /** Pauses a replay, or lets it go on; as all that follow it does nothing where `status.replay` is null. */
+  pause(on = true) {
+    this.command({ command: "pause", on });
+  }
+
+  /** Plays the next frame of a replay that is paused. */
+  step() {
+    this.command({ command: "step" });
+  }
+
+  /** Plays a replay from this device time on, s. */
+  seek(timeS) {
+    this.command({ command: "seek", time_ns: Math.round(timeS * 1e9) });
+  }
+
+  /** Plays a replay so many times as fast as it was recorded. */
+  speed(speed) {
+    this.command({ command: "speed", speed });
+  }
+
+  /** Plays a replay again and again, or to its end. */
+  loop(on = true) {
+    this.command({ command: "loop", on });
+  }
+
+  /** A connection to another sensor of the same service: its place in `status.sensors`, or its name. */
+  sensor(which) {
+    const sensors = this.status?.sensors ?? [];
+    const named = sensors.filter(({ name }, place) => name === which || place === which);
+    if (named.length !== 1) {
+      const known = sensors.map(({ name }) => name).join(", ") || "none: the service has one sensor";
+      throw new TaxelError(`${which} names ${named.length} sensors; there are: ${known}`);
+    }
+    const url = new URL(this.#address);
+    url.pathname = named[0].path;
+    return TaxelLive.open(url.href);
   }
 
   /** Sends a command of docs/live-protocol.md. */

@@ -591,3 +591,27 @@ fn a_mat_that_nothing_touches_is_no_mark() {
         }
     }
 }
+
+/// Every reading ends with the same byte, as the packets begin: the check says which of them is the mark.
+#[test]
+fn a_mark_of_one_byte_is_told_from_the_still_ends_of_readings() {
+    let mut random = SmallRng::seed_from_u64(4);
+    let mut wire = Vec::new();
+    let packets = 200;
+    for _ in 0..packets {
+        let mut packet = vec![0xcb];
+        for channel in 0..6_u8 {
+            // From 1100 on a number of 32 bits begins with 0x44.
+            let value = 1100.0 + 100.0 * f32::from(channel) + random.random_range(-50.0..50.0_f32);
+            packet.extend(value.to_le_bytes());
+        }
+        packet.push(packet.iter().fold(0, |sum, byte| sum.wrapping_add(*byte)));
+        wire.extend(packet);
+    }
+    let found = draft(&wire[9..], None).unwrap_or_else(|tried| panic!("{tried:?}"));
+    assert!(found.file.contains("kind = \"sum8\""), "{}", found.file);
+    assert!(found.file.contains("head = \"cb\""), "{}", found.file);
+    let frames = frames(&found.file, &wire[9..]);
+    // The first packet is cut.
+    assert_eq!((frames.len(), frames[0].values.len()), (packets - 1, 6));
+}

@@ -742,11 +742,15 @@ pub(crate) struct Listen {
     /// Speed of a serial port
     #[arg(long, default_value_t = 115_200)]
     pub(crate) baud: u32,
-    /// Then show the channels on the page, as taxel live --raw does
+    /// Then show the channels on the page, as taxel live --raw does; of a link on a terminal that is done
+    /// unasked
     #[arg(long)]
     pub(crate) live: bool,
-    /// Port of that page, as of taxel live; 0 takes a free one
-    #[arg(long, requires = "live")]
+    /// Show no page
+    #[arg(long, conflicts_with_all = ["live", "port"])]
+    pub(crate) no_page: bool,
+    /// Port of the page, as of taxel live; 0 takes a free one
+    #[arg(long)]
     pub(crate) port: Option<u16>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
@@ -798,9 +802,10 @@ pub(crate) struct Hardware {
 /// What goes to other programs while it runs, and what comes in.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Outputs {
-    /// A line for each frame to other programs: jsonl or csv on the standard output, or
-    /// jsonl:FILE, csv:FILE; may be repeated
-    #[arg(long, value_name = "FORMAT[:FILE]")]
+    /// Each frame to other programs: jsonl or csv on the standard output, jsonl:FILE, csv:FILE, or lines at a
+    /// port (csv:tcp:PORT, jsonl:tcp:HOST:PORT); osc:HOST:PORT; plotjuggler:HOST:PORT; lsl, streams of the
+    /// lab streaming layer; may be repeated
+    #[arg(long, value_name = "OUTPUT")]
     pub(crate) out: Vec<String>,
     /// Take each line of the standard input as a mark (-)
     #[arg(long, value_name = "-", value_parser = ["-"])]
@@ -945,8 +950,8 @@ pub(crate) struct Repair {
 pub(crate) struct Export {
     /// Recording of taxel live --record
     pub(crate) file: PathBuf,
-    /// Where to: X.csv for one table over time, X.npz for NumPy, or a folder for a table of
-    /// each kind; a folder is made
+    /// Where to: X.csv for one table over time, X.npz for NumPy, X.mcap for ROS 2 with standard messages
+    /// beside those of taxel, or a folder for a table of each kind; a folder is made
     #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) output: PathBuf,
     #[command(flatten)]

@@ -7,6 +7,9 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use taxel_recording::foreign::{ForeignFile, Seekable};
+use taxel_recording::mcap::{
+    ContactMessage, McapReader, McapWriter, RecordingHead, TouchMessage, write_ros2,
+};
 use taxel_recording::{
     Columns, ForeignFormat, Frame, Quantity, Recording, RecordingError, RecordingOptions, Stream,
 };
@@ -159,6 +162,36 @@ fn any_message_is_read_by_the_text_of_its_definition() {
         assert_eq!((stream.rows, stream.columns), (3, 4));
         assert_eq!(frames[2].values, (2..14).map(f64::from).collect::<Vec<_>>());
     }
+}
+
+/// Each field of the points is a map, by its name.
+#[test]
+fn fields_of_point_clouds_are_named_channels() {
+    for name in ["bag_points", "bag_points_old"] {
+        let (stream, frames, _) = read(name, "/points", "value=f[1].r0c0..f[1].r1c2");
+        assert_eq!((stream.rows, stream.columns), (1, 6));
+        // The field `f` has two numbers: the row, and 3 + 10 x row + column.
+        let (_, all, _) = read(name, "/points", "");
+        assert_eq!(all[3].values.len(), 24);
+        assert_eq!(all[3].values[..6], [0.0, 0.5, 1.0, 0.0, 0.5, 1.0]);
+        assert_eq!(all[3].values[6..12], [3.0; 6]);
+        assert_eq!(all[3].values[12..18], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        let second = [3.0, 4.0, 5.0, 13.0, 14.0, 15.0];
+        assert_eq!(all[3].values[18..], second);
+        assert_eq!(frames[3].values, second);
+        assert_eq!(frames[3].time_ns, stamp(3));
+    }
+}
+
+#[test]
+fn arrays_of_matlab_4_are_read_in_both_orders_of_bytes() {
+    for (name, scale) in [("v4.mat", 1.5), ("v4_big.mat", 1.0)] {
+        let (_, frames, _) = read(name, "small", "");
+        assert_eq!(frames[7].values, [14.0 * scale, 15.0 * scale], "{name}");
+        assert_eq!(frames[7].time_ns, 70_000_000, "{name}");
+    }
+    assert!(refusal("v4.mat", "name", "").contains("text"));
+    assert!(refusal("v4.mat", "z", "").contains("complex"));
 }
 
 #[test]
@@ -435,4 +468,60 @@ fn files_of_others_are_listed_and_read() {
             }
         }
     }
+}
+
+/// Read again by what reads bags of others.
+#[test]
+fn standard_messages_are_those_of_any_bag() {
+    let mut writer = McapWriter::new(Vec::new(), &RecordingHead::default()).unwrap();
+    let contact = ContactMessage {
+        id: 3,
+        centre: [0.001, -0.002],
+        force: [0.25, 0.0, 1.5],
+        ..ContactMessage::default()
+    };
+    let touch = |sequence: u64| TouchMessage {
+        sequence,
+        components: 3,
+        values: (0..18).map(|value| value as f32).collect(),
+        force: [1.0, 2.0, 3.5],
+        contacts: vec![contact.clone()],
+        ..TouchMessage::default()
+    };
+    for sequence in 0..4 {
+        writer
+            .message(1_000_000_000 + 10_000_000 * sequence, &touch(sequence))
+            .unwrap();
+    }
+    let file = writer.finish().unwrap();
+    let mut bag = Vec::new();
+    let frames = write_ros2(McapReader::new(&*file), 3, "a test", &mut bag).unwrap();
+    assert_eq!(frames, 4);
+    let read = |part: &str, columns: Columns| {
+        let files = vec![(
+            "bag.mcap".to_owned(),
+            Box::new(Cursor::new(bag.clone())) as _,
+        )];
+        let found = ForeignFile::open("bag.mcap", ForeignFormat::Mcap, files).unwrap();
+        let options = RecordingOptions {
+            part: Some(part.into()),
+            columns,
+            ..RecordingOptions::default()
+        };
+        let recording: Recording<&[u8]> = Recording::of_foreign(found, &options).unwrap();
+        let stream = recording.stream().clone();
+        let frames: Vec<_> = recording.map(Result::unwrap).collect();
+        (stream, frames)
+    };
+    let (_, frames) = read("/taxel/wrench", Columns::default());
+    assert_eq!((frames.len(), frames[2].time_ns), (4, 1_020_000_000));
+    assert_eq!(frames[2].values, [1.0, 2.0, -3.5]);
+    let (stream, frames) = read("/taxel/image", Columns::default());
+    assert_eq!(
+        (stream.rows, stream.columns, stream.channels_per_taxel),
+        (2, 3, 3)
+    );
+    assert_eq!(frames[0].values, (0..18).map(f64::from).collect::<Vec<_>>());
+    let (_, frames) = read("/taxel/contacts", "value=force_z.r0c0".parse().unwrap());
+    assert_eq!(frames[3].values, [1.5]);
 }

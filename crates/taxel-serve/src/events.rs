@@ -96,6 +96,20 @@ impl EventRecord {
         record
     }
 
+    /// One with all of its fields, whose kinds are those of any.
+    pub(crate) fn sample() -> Self {
+        Self {
+            parent: Some(0),
+            into: Some(0),
+            rise_time_s: Some(0.0),
+            symmetry: Some(0.0),
+            direction: Some([0.0; 2]),
+            score: Some(0.0),
+            certainty: Some("exact"),
+            ..Self::mark(0, String::new(), 0)
+        }
+    }
+
     fn mark(index: u64, text: String, time_ns: u64) -> Self {
         Self {
             index,
@@ -125,7 +139,7 @@ impl EventRecord {
         }
     }
 
-    fn json(&self) -> String {
+    pub(crate) fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
 
@@ -322,6 +336,13 @@ impl EventLog {
         let mut events: Vec<_> = newest.cloned().collect();
         events.reverse();
         events
+    }
+
+    /// The events from number `from` on that are kept, and the number of the next one.
+    pub(crate) fn newer(&self, from: u64) -> (Vec<EventRecord>, u64) {
+        let new = self.next.saturating_sub(from) as usize;
+        let first = self.kept.len().saturating_sub(new);
+        (self.kept.range(first..).cloned().collect(), self.next)
     }
 
     /// The message with all events from number `from` on, and the number of the

@@ -28,6 +28,7 @@ mod condition;
 mod connection;
 pub mod device;
 mod events;
+mod foxglove;
 mod history;
 mod interrupt;
 mod last_touch;
@@ -280,6 +281,7 @@ fn begun(
             stale_after,
         ),
         drawing: session.drawing,
+        foxglove: foxglove::View::new(pump.session().meaning()),
         provenance,
         token: token.to_owned(),
         address: address.ip(),

@@ -25,7 +25,7 @@ use crate::latency::Latencies;
 use crate::link::{LinkHandle, LinkStatus};
 use crate::message::{self, Health, Tare};
 use crate::moved_rest::MovedRest;
-use crate::out::{LineOutput, LineSummary, Lines, Rows, TableWriter, TouchTable};
+use crate::out::{LineOutput, LineSummary, Outlet, Rows, TableWriter, TouchTable};
 use crate::outgoing::Outgoing;
 use crate::record::{
     RecordFolder, RecordTo, Recorder, RecordingSummary, WhenRecordingFails, event_message,
@@ -242,7 +242,7 @@ pub(crate) struct Pump {
     moved_rest: MovedRest,
     /// What was said last of the description of the board.
     remark: String,
-    outputs: Vec<Lines>,
+    outputs: Vec<Outlet>,
     failed_files: Vec<String>,
     /// Why the run is to end.
     ending: Option<Failure>,
@@ -277,18 +277,20 @@ pub(crate) struct Pump {
 /// Opens the outputs; a run whose reader of the standard output goes ends.
 fn outputs(
     options: &PumpOptions,
-    session: &TouchSession,
+    (session, stream): (&TouchSession, &Stream),
     shared: &Arc<Shared>,
-) -> Result<Vec<Lines>, SaveError> {
+) -> Result<Vec<Outlet>, SaveError> {
     let start = |output: &LineOutput| {
         let ending = Arc::clone(shared);
         let (told, when_failing) = (options.told, options.when_failing);
-        Lines::start(
+        if let Some(caution) = output.caution() {
+            told(caution);
+        }
+        Outlet::start(
             output,
             options.replace_files,
-            session.meaning(),
-            shared.link.get().cloned(),
-            shared.messages.subscribe(),
+            (session.meaning(), stream),
+            shared,
             Arc::new(move |failure| {
                 match failure {
                     Some(failure) if when_failing == WhenRecordingFails::GoOn => {
@@ -395,8 +397,8 @@ impl Pump {
             // There is one source to a run.
             let _ = shared.link.set(link);
         }
-        let outputs = outputs(&options, &session, &shared)?;
-        let are_rows = outputs.iter().any(Lines::are_rows);
+        let outputs = outputs(&options, (&session, source.stream()), &shared)?;
+        let are_rows = options.outputs.iter().any(LineOutput::are_rows);
         let rows = are_rows.then(|| Rows::new(session.meaning()));
         let clock = Clock {
             speed: if source.is_live() {

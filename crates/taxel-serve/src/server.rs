@@ -19,6 +19,7 @@ use tokio::net::TcpListener;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::connection::Limited;
+use crate::foxglove;
 use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::link::LinkHandle;
 use crate::marks::LONGEST_MARK;
@@ -53,6 +54,8 @@ pub(crate) struct Site {
     pub(crate) hello: String,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub(crate) drawing: String,
+    /// What turns frames into topics of Foxglove.
+    pub(crate) foxglove: foxglove::View,
     pub(crate) provenance: Provenance,
     pub(crate) stale_after: f64,
     /// Folder of recordings that clients begin; `None` where they may not.
@@ -140,6 +143,7 @@ fn routes(site: Served) -> Router {
         .route(&below("drawing.svg"), get(drawing))
         .route(&below("history"), get(history))
         .route(&below("ws"), get(socket))
+        .route(&below("foxglove"), get(foxglove_socket))
         .layer(from_fn_with_state(site.clone(), own_host))
         .with_state(site)
 }
@@ -300,6 +304,29 @@ async fn socket(
     upgrade
         .max_message_size(LARGEST_COMMAND)
         .on_upgrade(|socket| client(socket, site))
+}
+
+/// The topics for Foxglove, which is a page of another site or a program: the token alone is the key.
+async fn foxglove_socket(
+    State(site): State<Served>,
+    Query(access): Query<Access>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if !site.admits(&access) {
+        return refused();
+    }
+    upgrade
+        .protocols(foxglove::PROTOCOLS)
+        .max_message_size(LARGEST_COMMAND)
+        .on_upgrade(async move |socket| {
+            foxglove::client(
+                socket,
+                &site.provenance.device,
+                &site.foxglove,
+                &site.shared,
+            )
+            .await;
+        })
 }
 
 /// A browser names the site of its page; programs send no Origin.

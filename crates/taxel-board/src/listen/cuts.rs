@@ -150,13 +150,21 @@ fn equal(bytes: &[u8]) -> Vec<Proposal> {
     });
     let mut found = Vec::new();
     for (length, marks) in candidates {
-        for begin in beginnings(bytes, length, &marks) {
+        let near = beginnings(bytes, length, &marks);
+        for begin in near.iter().copied() {
             // The first or the last bytes of readings may be the same in all and no part of head or
             // tail: what the numbers say best decides.
             let trims =
                 (0..=STILL_BYTES).flat_map(|head| (0..=STILL_BYTES).map(move |tail| [head, tail]));
             found.extend(trims.filter_map(|trims| cut_at(bytes, length, begin, trims)));
         }
+        // A mark of one byte is as long as the still end of a reading: a check tells them apart.
+        let others = marks
+            .iter()
+            .copied()
+            .filter(|at| bytes[*at] != 0 && !near.contains(at));
+        let cuts = others.filter_map(|begin| cut_at(bytes, length, begin, [0, 0]));
+        found.extend(cuts.filter(|proposal| proposal.found.check));
     }
     found
 }

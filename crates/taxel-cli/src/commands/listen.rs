@@ -1,7 +1,7 @@
 //! `taxel listen`: from the bytes of a board that nobody described to its board file.
 
 use std::fmt::Write as _;
-use std::io::Read as _;
+use std::io::{IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,7 +12,8 @@ use taxel_board::{Draft, LEAST_PACKETS};
 use taxel_serve::link::{Heard, LinkAddress, SerialSettings};
 
 use crate::arguments::{Arguments, Command, Listen};
-use crate::{Done, Stop, outputs};
+use crate::outputs::{self, Existing};
+use crate::{Done, Stop};
 
 /// Bytes of a file that are looked at.
 const MOST: u64 = 4 << 20;
@@ -25,11 +26,14 @@ pub(crate) fn run(arguments: &Listen) -> Result<Done, Stop> {
         &[&PathBuf::from(source)],
         existing,
     )?;
-    if arguments.live && output.as_deref().is_none_or(outputs::is_standard) {
-        let message = "--live reads the board file: name one with -o board.toml";
+    let is_link = LinkAddress::is_one(source);
+    let file = output.as_deref().filter(|file| !outputs::is_standard(file));
+    let asked = arguments.live || arguments.port.is_some();
+    if asked && file.is_none() {
+        let message = "the page reads the board file: name one with -o board.toml";
         return Err(Stop::WrongInput(message.into()));
     }
-    let is_link = LinkAddress::is_one(source);
+    let page = asked || is_link && !arguments.no_page && std::io::stdout().is_terminal();
     let (bytes, rate) = if is_link {
         heard(arguments)?
     } else {
@@ -47,41 +51,51 @@ pub(crate) fn run(arguments: &Listen) -> Result<Done, Stop> {
         Stop::WrongInput(message)
     })?;
     let report = report(&draft, bytes.len());
-    let Some(file) = output.as_deref().filter(|file| !outputs::is_standard(file)) else {
-        note!("{}", report.trim_end());
-        return outputs::write(None, existing, &draft.file);
-    };
-    outputs::write(Some(file), existing, &draft.file)?;
     let played = if is_link {
         source.clone()
     } else {
         format!("replay:{source}")
     };
-    let (name, line) = (
-        shown::path(file),
-        [
-            "taxel",
-            "live",
-            "--raw",
-            "--board",
-            &shown::path(file),
-            "--source",
-            &played,
-        ]
-        .join(" "),
-    );
+    let Some(file) = file else {
+        note!("{}", report.trim_end());
+        outputs::write(None, existing, &draft.file)?;
+        if !page {
+            return Ok(Done::Complete);
+        }
+        // The page reads a file, and none was asked for.
+        let name = format!("taxel-listen-{}.toml", std::process::id());
+        let file = std::env::temp_dir().join(name);
+        outputs::write(Some(&file), Existing::Refused, &draft.file)?;
+        let done = show(arguments, &file, &played);
+        let _ = std::fs::remove_file(&file);
+        return done;
+    };
+    outputs::write(Some(file), existing, &draft.file)?;
+    let (name, line) = (shown::path(file), live_words(file, &played).join(" "));
     outputs::print(&format!(
         "{report}{name} says so; the channels live: {line}\n"
     ))?;
-    if !arguments.live {
-        return Ok(Done::Complete);
+    if page {
+        return show(arguments, file, &played);
     }
+    Ok(Done::Complete)
+}
+
+/// The command that shows the channels of a board on the page.
+fn live_words(board: &Path, played: &str) -> [String; 7] {
+    let board = shown::path(board);
     let words = [
-        "taxel", "live", "--raw", "--board", &name, "--source", &played,
+        "taxel", "live", "--raw", "--board", &board, "--source", played,
     ];
+    words.map(str::to_owned)
+}
+
+/// Runs that command.
+fn show(arguments: &Listen, board: &Path, played: &str) -> Result<Done, Stop> {
+    let words = live_words(board, played);
+    let line = words.join(" ");
     let port = arguments.port.map(|port| format!("--port={port}"));
-    let words = words.into_iter().chain(port.as_deref());
-    match Arguments::try_parse_from(words).map(|arguments| arguments.command) {
+    match Arguments::try_parse_from(words.into_iter().chain(port)).map(|found| found.command) {
         Ok(Command::Live(live)) => super::live::run(&live),
         _ => Err(Stop::Failed(format!("{line}: cannot be run"))),
     }

@@ -151,7 +151,7 @@ fn lines_on_standard_output(arguments: &Live) -> bool {
         .table
         .as_ref()
         .is_some_and(|table| table.file.is_none());
-    table || outputs.any(|output| output.file().is_none())
+    table || outputs.any(|output| output.is_standard())
 }
 
 /// The outputs; two on the standard output would mix their lines.
@@ -165,7 +165,7 @@ fn line_outputs(arguments: &Live) -> Result<Vec<LineOutput>, Stop> {
     let outputs: Vec<_> = outputs
         .collect::<Result<_, _>>()
         .map_err(|error| wrong(error.to_string()))?;
-    let on_standard = outputs.iter().filter(|output| output.file().is_none());
+    let on_standard = outputs.iter().filter(|output| output.is_standard());
     if on_standard.count() > 1 {
         let message = "--out: only one output can have the standard output; give the others a file, such as csv:FILE";
         return Err(wrong(message.into()));

@@ -12,7 +12,7 @@ use taxel::shown;
 use taxel::table;
 use taxel_recording::export::{write_csv, write_npz, write_tables};
 use taxel_recording::mcap::{
-    Findings, LinkMessage, MAGIC, McapReader, Message, Storage, Topic, rewrite,
+    Findings, LinkMessage, MAGIC, McapReader, Message, Storage, Topic, rewrite, write_ros2,
 };
 
 use crate::arguments::{
@@ -424,6 +424,9 @@ fn cut(arguments: &Cut) -> Result<Done, Stop> {
     })
 }
 
+/// The library in the head of a recording for ROS 2, which is none of ours: its parts are topics.
+const ROS2: &str = concat!("ROS 2 topics by taxel ", env!("CARGO_PKG_VERSION"));
+
 fn export(arguments: &Export) -> Result<Done, Stop> {
     let Export { file, output, .. } = arguments;
     let existing = arguments.overwrite.existing();
@@ -437,15 +440,15 @@ fn export(arguments: &Export) -> Result<Done, Stop> {
         _ => cannot_write(output, &error),
     };
     let text = match ending {
-        Some("csv" | "npz") => {
+        Some("csv" | "npz" | "mcap") => {
             check_new(file, output, existing)?;
             let frames = outputs::write_file(output, existing, |new| {
                 let out = BufWriter::with_capacity(1 << 16, new);
                 let source = reader(file)?;
-                let frames = if ending == Some("csv") {
-                    write_csv(source, &meaning, out)
-                } else {
-                    write_npz(source, &meaning, out)
+                let frames = match ending {
+                    Some("csv") => write_csv(source, &meaning, out),
+                    Some("npz") => write_npz(source, &meaning, out),
+                    _ => write_ros2(source, meaning.columns, ROS2, out),
                 };
                 frames.map_err(failed)
             })?;
@@ -453,7 +456,7 @@ fn export(arguments: &Export) -> Result<Done, Stop> {
         }
         Some(other) if !output.is_dir() => {
             return Err(Stop::WrongInput(format!(
-                "-o {}: \".{other}\" is not written; end the name in .csv or .npz, or name a folder without a point in its name",
+                "-o {}: \".{other}\" is not written; end the name in .csv, .npz or .mcap, or name a folder without a point in its name",
                 shown::path(output)
             )));
         }

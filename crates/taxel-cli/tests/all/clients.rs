@@ -137,6 +137,114 @@ fn a_client_after_the_end_gets_the_last_frame_and_the_history() {
     );
 }
 
+const PYTHON_CONTROLS: &str = r#"
+import json, sys, time
+from taxel_live import TaxelLive
+with TaxelLive(sys.argv[1]) as live:
+    live.pause()
+    live.seek(3.0)
+    for frame in live.frames():
+        replay = live.status and live.status["replay"]
+        if replay and replay["paused"] and frame.time_ns >= 3_000_000_000:
+            break
+        live.step()
+    print(json.dumps({"sought": frame.time_ns >= 3_000_000_000, "paused": replay["paused"]}))
+"#;
+
+const JAVASCRIPT_CONTROLS: &str = r"
+const { TaxelLive } = await import(process.argv[2]);
+const live = await TaxelLive.open(process.argv[3]);
+live.pause();
+live.seek(3);
+for await (const frame of live) {
+  const replay = live.status?.replay;
+  if (replay?.paused && frame.timeNs >= 3_000_000_000n) {
+    console.log(JSON.stringify({ sought: true, paused: replay.paused }));
+    break;
+  }
+  live.step();
+}
+live.close();
+";
+
+/// Played at this speed the recording would reach 3 s after 300 s: a frame behind it was sought.
+#[test]
+fn clients_control_a_replay() {
+    let folder = Folder::new("client-controls");
+    let recording = "../taxel-recording/tests/recordings/fingertip.csv";
+    let source = format!("replay:{}/{recording}", env!("CARGO_MANIFEST_DIR"));
+    let script = folder.path("client.mjs");
+    fs::write(&script, JAVASCRIPT_CONTROLS).unwrap();
+    let module = clients().join("javascript/taxel-live.js");
+    let module = module.canonicalize().unwrap();
+    let begin = || {
+        Beside::start(&[
+            "live", "--source", &source, "--speed", "0.01", "--port", "0",
+        ])
+    };
+    let (one, other) = (begin(), begin());
+    for (program, arguments) in [
+        ("python3", &["-c", PYTHON_CONTROLS, &one.line][..]),
+        ("node", &[&script, &*module.to_string_lossy(), &other.line]),
+    ] {
+        if let Some(output) = interpreted(program, arguments) {
+            let expected = serde_json::json!({ "sought": true, "paused": true });
+            assert_eq!(printed(&output), expected, "{program}");
+        }
+    }
+}
+
+const PYTHON_SENSORS: &str = r#"
+import json, os, sys, time
+from taxel_live import TaxelLive, TaxelError
+with TaxelLive(sys.argv[1]) as live:
+    while not (live.status and live.status["sensors"]):
+        live.next_frame()
+    try:
+        live.sensor("nobody")
+        sys.exit("a sensor that is not there was found")
+    except TaxelError as error:
+        assert "names 0 sensors" in str(error), error
+    with live.sensor(1) as other:
+        other.start_recording("second.mcap")
+        while not (other.status and other.status["recording"]):
+            other.next_frame()
+        other.stop_recording()
+        while other.status["recording"]:
+            other.next_frame()
+        print(json.dumps({"first": live.hello["rows"], "second": other.hello["rows"]}))
+"#;
+
+#[test]
+fn a_client_records_the_second_of_two_sensors() {
+    let folder = Folder::new("client-sensors");
+    let records = folder.path("records");
+    fs::create_dir(&records).unwrap();
+    let arguments = [
+        "live",
+        "three-axis-8x8",
+        "three-axis-unit",
+        "--port",
+        "0",
+        "--record-folder",
+        &records,
+    ];
+    let live = Beside::start(&arguments);
+    let Some(output) = interpreted("python3", &["-c", PYTHON_SENSORS, &live.line]) else {
+        return;
+    };
+    assert_eq!(
+        printed(&output),
+        serde_json::json!({ "first": 8, "second": 1 })
+    );
+    assert!(
+        fs::metadata(format!("{records}/second.mcap"))
+            .unwrap()
+            .len()
+            > 0
+    );
+}
+
 const JAVASCRIPT: &str = r#"
 const { TaxelLive } = await import(process.argv[2]);
 let refused = false;
@@ -209,6 +317,96 @@ fn a_program_in_python_is_a_source() {
         found["link"]
     );
     assert_eq!(found["link"]["wire"]["other"], 0);
+}
+
+/// Summary of frames that a program in Python sends as lines; `paths` are where it finds modules.
+#[track_caller]
+fn sent_by(python: &str, script: &str, arguments: &str, board: &str, paths: &str) -> Value {
+    let script = clients().join("python").join(script);
+    let source = format!("exec:{python} '{}' {arguments}", script.to_str().unwrap());
+    let live = ["live", "--raw", "--headless", "--format", "json"];
+    let output = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(live)
+        .args(["--board", board, "--source", &source, "--frames", "100"])
+        .env("PYTHONPATH", paths)
+        .output()
+        .unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    assert_eq!(found["frames"], 100, "{output:?}");
+    assert_eq!(found["link"]["wire"]["other"], 0, "{}", found["link"]);
+    found
+}
+
+/// With the synthetic board of the library itself.
+#[test]
+fn a_board_of_brainflow_is_a_source() {
+    let Some(python) = crate::python::python(&["brainflow"]) else {
+        return;
+    };
+    let folder = Folder::new("brainflow");
+    let script = clients().join("python/brainflow_source.py");
+    let described = Command::new(&python)
+        .args([script.to_str().unwrap(), "--board-file"])
+        .output()
+        .unwrap();
+    let board = folder.path("brainflow.toml");
+    fs::write(&board, &described.stdout).unwrap();
+    let found = sent_by(&python, "brainflow_source.py", "--board -1", &board, "");
+    assert_eq!(
+        (&found["lost"], &found["channels"]),
+        (&0.into(), &16.into())
+    );
+}
+
+const CARD: &str = "\
+schema = 1
+name = \"card\"
+[framing.lines]
+template = '{{\"t\":{time s},\"n\":{sequence},\"v\":[{value c1..c4 V}]}}'
+";
+
+/// The library of the cards at its own interface: it needs a driver that is not here.
+const FAKE_CARD: &str = "
+import time
+class Task:
+    def __enter__(self):
+        self.ai_channels, self.timing = Channels(), self
+        return self
+    def __exit__(self, *_): pass
+    def cfg_samp_clk_timing(self, rate, sample_mode): self.rate, self.mode = rate, sample_mode
+    def read(self, number_of_samples_per_channel):
+        time.sleep(number_of_samples_per_channel / self.rate)
+        return [[0.25 * channel] * number_of_samples_per_channel for channel in range(4)]
+class Channels:
+    def add_ai_voltage_chan(self, name): assert name == 'Dev1/ai0:3', name
+    def __len__(self): return 4
+";
+
+#[test]
+fn a_daq_card_is_a_source() {
+    if interpreted("python3", &["--version"]).is_none() {
+        return;
+    }
+    let folder = Folder::new("daq-card");
+    let package = folder.path("nidaqmx");
+    fs::create_dir(&package).unwrap();
+    fs::write(format!("{package}/__init__.py"), FAKE_CARD).unwrap();
+    let constants = "class AcquisitionType: CONTINUOUS = 10123\n";
+    fs::write(format!("{package}/constants.py"), constants).unwrap();
+    let board = folder.path("card.toml");
+    fs::write(&board, CARD).unwrap();
+    let paths = std::path::Path::new(&package).parent().unwrap();
+    let paths = paths.to_str().unwrap();
+    let card = "nidaqmx_source.py";
+    let found = sent_by("python3", card, "Dev1/ai0:3", &board, paths);
+    assert_eq!((&found["lost"], &found["channels"]), (&0.into(), &4.into()));
+    let last: Vec<f64> = found["last_signals_si"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect();
+    assert_eq!(last, [0.0, 0.25, 0.5, 0.75]);
 }
 
 #[test]

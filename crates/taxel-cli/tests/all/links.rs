@@ -828,6 +828,54 @@ fn a_board_is_drafted_and_read_by_its_draft() {
     assert!(refused(&["listen", &capture, "--live"]).contains("-o board.toml"));
 }
 
+const TERMINAL: &str = r#"
+import os, pty, select, signal, sys, time
+child, terminal = pty.fork()
+if child == 0:
+    os.execv(sys.argv[1], sys.argv[1:])
+text, end = "", time.time() + 60
+while time.time() < end and not any(word in text for word in ("token=", "cannot listen on", "error")):
+    if select.select([terminal], [], [], 1)[0]:
+        try:
+            text += os.read(terminal, 65536).decode()
+        except OSError:
+            break
+print(text)
+os.kill(child, signal.SIGTERM)
+"#;
+
+/// Of a link, and on a terminal alone, the page follows the draft; whether its usual port is free or not.
+#[test]
+fn on_a_terminal_a_draft_of_a_link_is_shown_on_the_page() {
+    let folder = Folder::new("listen-terminal");
+    let shown = |more: &[&str]| {
+        let program = env!("CARGO_BIN_EXE_taxel");
+        let source = "exec:sh -c 'i=0; while true; do i=$((i+1)); echo \"$i,5$((i % 7)),900\"; sleep 0.01; done'";
+        let listen = [program, "listen", source, "--seconds", "2"];
+        let output = Command::new("python3")
+            .args(["-c", TERMINAL])
+            .args([&listen[..], more].concat())
+            .output();
+        let Ok(output) = output else {
+            eprintln!("left out: there is no python3 on this machine");
+            return None;
+        };
+        Some(String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let is_page = |text: &str| text.contains("token=") || text.contains("cannot listen on");
+    let board = folder.path("board.toml");
+    for more in [&["-o", &*board][..], &[]] {
+        if let Some(text) = shown(more) {
+            assert!(is_page(&text) && text.contains("frames"), "{text}");
+        }
+    }
+    let board = folder.path("another.toml");
+    if let Some(text) = shown(&["-o", &board, "--no-page"]) {
+        assert!(!is_page(&text) && text.contains("--raw"), "{text}");
+        assert!(fs::metadata(&board).is_ok());
+    }
+}
+
 #[test]
 fn devices_lists_ports_or_says_that_there_are_none() {
     let list: Value = serde_json::from_str(&done(&["devices", "--format", "json"])).unwrap();

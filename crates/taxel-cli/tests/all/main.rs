@@ -34,6 +34,7 @@ mod maps;
 #[cfg(unix)]
 mod outputs;
 #[cfg(unix)]
+mod programs;
 mod recording;
 mod simulators;
 mod solutions;

@@ -597,10 +597,13 @@ fn everything_is_exported_with_its_unit() {
 z = np.load(sys.argv[1]); rows = list(csv.DictReader(open(sys.argv[2])))
 assert z['touch_values_n'].shape == (400, 192) and z['raw_readings_counts'].shape == (400, 256)
 assert list(z['event_kind'])[0] == 'touch' and z['state_names'][0] == 'ok'
-force = np.array([float(row['force_z [mN]']) for row in rows])
-assert np.allclose(force, 1e3 * z['touch_force_n'][:, 2], rtol=1e-12)
-one = np.array([float(row['r4c3 force_z [mN]']) for row in rows])
-assert np.allclose(one, 1e3 * z['touch_values_n'][:, (4 * 8 + 3) * 3 + 2], rtol=1e-6)
+# Nothing stands where nothing is known: before the zero is taken.
+number = lambda text: float(text or 'nan')
+force = np.array([number(row['force_z [mN]']) for row in rows])
+assert np.isfinite(force).sum() > 300
+assert np.allclose(force, 1e3 * z['touch_force_n'][:, 2], rtol=1e-12, equal_nan=True)
+one = np.array([number(row['r4c3 force_z [mN]']) for row in rows])
+assert np.allclose(one, 1e3 * z['touch_values_n'][:, (4 * 8 + 3) * 3 + 2], rtol=1e-6, equal_nan=True)
 raw = np.array([float(row['r7c7.22 [counts]']) for row in rows])
 assert (raw == z['raw_readings_counts'][:, 255]).all()
 print('good')";

@@ -146,6 +146,7 @@ class TaxelLive:
         token = urllib.parse.parse_qs(parts.query).get("token", [""])[0]
         if parts.scheme not in ("http", "ws") or not parts.hostname or not token:
             raise TaxelError(f'"{address}" is not an address that taxel live prints: http://HOST:PORT/?token=TOKEN')
+        self._address = address
         self.status = self.rest = self.tares = self.baseline = self.health = None
         self.events = deque(maxlen=1000)
         self._frame = None
@@ -156,7 +157,7 @@ class TaxelLive:
         except OSError as error:
             raise TaxelError(f"{host}:{port}: nobody answers ({error}); is taxel live running?") from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._shake_hands(parts.netloc, token)
+        self._shake_hands(parts.netloc, parts.path.rstrip("/"), token)
         while not hasattr(self, "hello"):
             self._take(*self._message())
 
@@ -206,6 +207,51 @@ class TaxelLive:
         """Notes `text` at the newest frame: in the events, the history and the recording."""
         self.command({"command": "mark", "text": text})
 
+    def undo_tare(self, to):
+        """Returns to the rest values after entry `to` of `tares["entries"]`."""
+        self.command({"command": "undo_tare", "to": to})
+
+    def start_recording(self, name):
+        """Records the run to `name`, such as "grasp.mcap", in the folder `status["records_to"]`; `status["message"]` says
+        why not."""
+        self.command({"command": "start_recording", "name": name})
+
+    def stop_recording(self):
+        """Ends the recording that is written."""
+        self.command({"command": "stop_recording"})
+
+    def pause(self, on=True):
+        """Pauses a replay, or lets it go on; as all that follow it does nothing where `status["replay"]` is None."""
+        self.command({"command": "pause", "on": on})
+
+    def step(self):
+        """Plays the next frame of a replay that is paused."""
+        self.command({"command": "step"})
+
+    def seek(self, time_s):
+        """Plays a replay from this device time on, s."""
+        self.command({"command": "seek", "time_ns": round(time_s * 1e9)})
+
+    def speed(self, speed):
+        """Plays a replay so many times as fast as it was recorded."""
+        self.command({"command": "speed", "speed": speed})
+
+    def loop(self, on=True):
+        """Plays a replay again and again, or to its end."""
+        self.command({"command": "loop", "on": on})
+
+    def sensor(self, which):
+        """A connection to another sensor of the same service: its place in `status["sensors"]`, or its name."""
+        sensors = (self.status or {}).get("sensors", [])
+        named = [sensor for sensor in sensors if sensor["name"] == which]
+        if not named and isinstance(which, int) and 0 <= which < len(sensors):
+            named = [sensors[which]]
+        if len(named) != 1:
+            known = ", ".join(sensor["name"] for sensor in sensors) or "none: the service has one sensor"
+            raise TaxelError(f"{which!r} names {len(named)} sensors; there are: {known}")
+        parts = urllib.parse.urlsplit(self._address)
+        return TaxelLive(urllib.parse.urlunsplit(parts._replace(path=named[0]["path"])))
+
     def command(self, command):
         """Sends a command of docs/live-protocol.md."""
         self._send(1, json.dumps(command).encode())
@@ -225,9 +271,9 @@ class TaxelLive:
         elif name in ("status", "rest", "tares", "baseline", "health"):
             setattr(self, name, message)
 
-    def _shake_hands(self, host, token):
+    def _shake_hands(self, host, begin, token):
         key = base64.b64encode(os.urandom(16)).decode()
-        path = "/ws?token=" + urllib.parse.quote(token, safe="")
+        path = begin + "/ws?token=" + urllib.parse.quote(token, safe="")
         request = (
             f"GET {path} HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n"

@@ -226,6 +226,9 @@ impl Definition {
         if self.root == "sensor_msgs/Image" {
             return walk.image();
         }
+        if self.root == "sensor_msgs/PointCloud2" {
+            return walk.points();
+        }
         walk.message(&self.root, &mut String::new(), 0, true)?;
         let labels = std::mem::take(&mut out.labels);
         if self.root == "sensor_msgs/JointState" {
@@ -450,6 +453,56 @@ impl<'a> Walk<'a> {
         if self.out.wants_names {
             self.out.names.push(path.to_owned());
         }
+        Some(())
+    }
+
+    /// The fields of points, each as a map of the points: `x.r0c0`.
+    fn points(&mut self) -> Option<()> {
+        self.message("std_msgs/Header", &mut "header".to_owned(), 0, false)?;
+        let (height, width) = (self.u32()? as usize, self.u32()? as usize);
+        let mut fields = Vec::new();
+        for _ in 0..self.u32()? {
+            let name = self.text()?.to_owned();
+            let offset = self.u32()? as usize;
+            let number = match self.take(1)?[0] {
+                1 => Number::Signed(1),
+                2 => Number::Unsigned(1),
+                3 => Number::Signed(2),
+                4 => Number::Unsigned(2),
+                5 => Number::Signed(4),
+                6 => Number::Unsigned(4),
+                7 => Number::Float(4),
+                8 => Number::Float(8),
+                _ => return None,
+            };
+            let count = self.u32()? as usize;
+            for member in 0..count.min(MOST_NUMBERS) {
+                let name = match count {
+                    1 => name.clone(),
+                    _ => format!("{name}[{member}]"),
+                };
+                fields.push((name, offset.checked_add(member * number.size())?, number));
+            }
+        }
+        let big = self.take(1)?[0] != 0;
+        let (step, row_step) = (self.u32()? as usize, self.u32()? as usize);
+        let length = self.u32()? as usize;
+        let data = self.take(length)?;
+        for (name, offset, number) in &fields {
+            for (row, column) in (0..height).flat_map(|row| (0..width).map(move |at| (row, at))) {
+                let at = row.checked_mul(row_step)?;
+                let at = at.checked_add(column.checked_mul(step)?)?;
+                let at = at.checked_add(*offset)?;
+                let bytes = data.get(at..at.checked_add(number.size())?)?;
+                let name = if self.out.wants_names {
+                    format!("{name}.r{row}c{column}")
+                } else {
+                    String::new()
+                };
+                self.put(number.value(bytes, big), &name)?;
+            }
+        }
+        self.out.shape = (fields.len() == 1).then_some([height, width, 1]);
         Some(())
     }
 

@@ -1,9 +1,11 @@
-//! MAT-files of MATLAB 5 to 7, which `save` writes unless it is told `-v7.3`: arrays of numbers.
+//! MAT-files of MATLAB 5 to 7, which `save` writes unless it is told `-v7.3`, and of MATLAB 4 (`-v4`, and
+//! `-V4` of Octave): arrays of numbers.
 
 use super::array::{Array, ArrayFile, Data, Item, ItemField};
 use super::bytes::Bytes;
 use super::definition::Number;
 use super::{Container, Fault, Part, unpack};
+use crate::foreign_format::Mat4Head;
 
 /// Bytes before the first element.
 const HEAD: u64 = 128;
@@ -52,6 +54,88 @@ pub(super) fn open(mut bytes: Bytes) -> Result<Box<dyn Container>, Fault> {
         }
     }
     Ok(ArrayFile::of(bytes, arrays, others, cut))
+}
+
+/// The arrays of a file of MATLAB 4: each has a head of 20 bytes, a name and its numbers.
+pub(super) fn open_4(mut bytes: Bytes) -> Result<Box<dyn Container>, Fault> {
+    let (mut arrays, mut others, mut cut) = (Vec::new(), Vec::new(), None);
+    let mut at = 0;
+    while at < bytes.length() {
+        let found = bytes.array::<{ Mat4Head::LENGTH }>(at)?;
+        let head = found.and_then(|found| Mat4Head::of(&found));
+        let whole = head.and_then(|head| {
+            let item = [8, 4, 4, 2, 2, 1][head.precision as usize];
+            let parts = if head.complex { 2 } else { 1 };
+            let numbers = u64::from(head.rows).checked_mul(head.columns.into())?;
+            let begin = at + Mat4Head::LENGTH as u64 + u64::from(head.name);
+            let end = begin.checked_add(numbers.checked_mul(item * parts)?)?;
+            (end <= bytes.length()).then_some((head, begin, end))
+        });
+        let Some((head, begin, end)) = whole else {
+            cut = Some(format!("the array at byte {at} is not whole"));
+            break;
+        };
+        let name = bytes.get(at + Mat4Head::LENGTH as u64, head.name.into())?;
+        let name = name.unwrap_or_default().split(|byte| *byte == 0).next();
+        let name = String::from_utf8_lossy(name.unwrap_or_default()).into_owned();
+        at = end;
+        let unread = match (head.kind, head.complex) {
+            (1, _) => Some("it is text"),
+            (2, _) => Some("it is sparse: save full(…)"),
+            (_, true) => Some("its numbers are complex"),
+            _ => None,
+        };
+        if let Some(why) = unread {
+            others.push(Part {
+                name,
+                kind: "array".into(),
+                unread: Some(why.into()),
+                ..Part::default()
+            });
+            continue;
+        }
+        let number = match head.precision {
+            0 => Number::Float(8),
+            1 => Number::Float(4),
+            2 => Number::Signed(4),
+            3 => Number::Signed(2),
+            4 => Number::Unsigned(2),
+            _ => Number::Unsigned(1),
+        };
+        let sides = [head.rows, head.columns].map(u64::from);
+        arrays.push(array_of(
+            name,
+            sides.to_vec(),
+            number,
+            head.big,
+            Data::File(begin),
+        ));
+    }
+    Ok(ArrayFile::of(bytes, arrays, others, cut))
+}
+
+/// An array of numbers as MATLAB has it, the first index running fastest.
+fn array_of(name: String, mut shape: Vec<u64>, number: Number, big: bool, data: Data) -> Array {
+    // A row of MATLAB is a series, and so is a column.
+    if let [1, length] | [length, 1] = shape[..] {
+        shape = vec![length];
+    }
+    Array {
+        name,
+        shape,
+        item: Item {
+            size: number.size(),
+            fields: vec![ItemField {
+                name: String::new(),
+                number,
+                big,
+                offset: 0,
+                count: 1,
+            }],
+        },
+        fortran: true,
+        data,
+    }
 }
 
 /// A whole compressed element; it says its length only inside.
@@ -126,7 +210,7 @@ fn matrix_of(body: &[u8], big: bool) -> Option<Result<Array, Part>> {
     let flags = word(flags.get(..4)?, big);
     let (_, sides) = fields.element()?;
     let sides = sides.chunks_exact(4).map(|side| u64::from(word(side, big)));
-    let mut shape: Vec<u64> = sides.collect();
+    let shape: Vec<u64> = sides.collect();
     let (_, name) = fields.element()?;
     let name = String::from_utf8_lossy(name).into_owned();
     let class = flags & 0xff;
@@ -148,24 +232,11 @@ fn matrix_of(body: &[u8], big: bool) -> Option<Result<Array, Part>> {
     let (kind, data) = fields.element()?;
     // MATLAB saves numbers in the smallest type that holds them all.
     let number = number(kind)?;
-    // A row of MATLAB is a series, and so is a column.
-    if let [1, length] | [length, 1] = shape[..] {
-        shape = vec![length];
-    }
-    Some(Ok(Array {
+    Some(Ok(array_of(
         name,
         shape,
-        item: Item {
-            size: number.size(),
-            fields: vec![ItemField {
-                name: String::new(),
-                number,
-                big,
-                offset: 0,
-                count: 1,
-            }],
-        },
-        fortran: true,
-        data: Data::Memory(data.to_vec()),
-    }))
+        number,
+        big,
+        Data::Memory(data.to_vec()),
+    )))
 }

@@ -174,6 +174,7 @@ impl ForeignFile {
             ForeignFormat::Npz => first(all).and_then(array::open_npz),
             ForeignFormat::Hdf5 => first(all).and_then(hdf5::open),
             ForeignFormat::Mat => first(all).and_then(matlab::open),
+            ForeignFormat::Mat4 => first(all).and_then(matlab::open_4),
         };
         Ok(Self {
             file: file.to_owned(),

@@ -283,6 +283,16 @@ impl Columns {
         self.rate
     }
 
+    /// The same where the file itself has a rate and no times.
+    pub(crate) fn at_rate(&self, rate: Option<f64>) -> Self {
+        let is_time = |entry: &Entry| entry.role == Role::Time;
+        let own = self.rate.is_some() || self.entries.iter().any(is_time);
+        Self {
+            entries: self.entries.clone(),
+            rate: if own { self.rate } else { rate },
+        }
+    }
+
     /// What is said of columns that are called `names`.
     pub(crate) fn of(&self, names: &[&str]) -> Result<Vec<Said>, String> {
         let mut said = vec![Said::default(); names.len()];

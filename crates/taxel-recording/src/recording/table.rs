@@ -37,6 +37,8 @@ pub(super) struct Layout {
     names: Vec<String>,
     header: Option<String>,
     facts: Vec<Facts>,
+    /// Rows per second, where the head says that they have no times.
+    rate: Option<f64>,
     /// Lines before the first row of numbers.
     before: usize,
 }
@@ -48,13 +50,17 @@ impl Layout {
         let mut ahead = lines.look(LOOKED_AT);
         let (dialect, at) =
             Dialect::of_table(&ahead, 2).or_else(|| Dialect::of_table(&ahead, 1))?;
+        let rate = rate_of_labview(&ahead);
         let width = |line: &str| dialect.fields(line).count();
         let rows = ahead.split_off(at);
         let mut columns = width(&rows[0]);
         let named = |line: &str| {
             let fields = dialect.fields(line);
             let mut fields: Vec<_> = fields.map(|field| field.text().into_owned()).collect();
-            // LabVIEW names a column of comments that no row has.
+            // LabVIEW names times that it does not save, and a column of comments that no row has.
+            if rate.is_some() && fields.len() > columns && fields[0] == "X_Value" {
+                fields.remove(0);
+            }
             if fields.len() == columns + 1 && fields[columns] == "Comment" {
                 fields.pop();
             }
@@ -129,6 +135,7 @@ impl Layout {
             names,
             header,
             facts,
+            rate,
             before: at,
         })
     }
@@ -152,7 +159,12 @@ impl Layout {
         }
         let wrong = |(message, help): (String, String)| lines.line_error(message).help(help);
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let said = columns.rate();
+        let columns = &columns.at_rate(self.rate);
         let mut roles = decide(&names, &self.facts, columns, otherwise, 0).map_err(wrong)?;
+        if let Some(rate) = columns.rate().filter(|_| said.is_none()) {
+            roles.taken.time = format!("none; frames come at {rate} Hz by the Delta_X of the file");
+        }
         let mut stream = Stream {
             name: base_name(lines.file()).to_owned(),
             rows: roles.shape[0],
@@ -193,6 +205,18 @@ impl Layout {
             })),
         })
     }
+}
+
+/// Rows per second of a file of LabVIEW whose head says that it saves no times: the step of the times is
+/// in the head.
+fn rate_of_labview(head: &[String]) -> Option<f64> {
+    let value = |key: &str| {
+        let mut lines = head.iter().rev().map(|line| line.split(['\t', ',', ';']));
+        lines.find_map(|mut fields| (fields.next()?.trim() == key).then(|| fields.next())?)
+    };
+    let step = value("Delta_X").filter(|_| value("X_Columns").map(str::trim) == Some("No"))?;
+    let step: f64 = step.trim().replace(',', ".").parse().ok()?;
+    (step > 0.0 && step.is_finite()).then(|| step.recip())
 }
 
 /// True for a line that is no row: a comment.
@@ -642,6 +666,24 @@ mod tests {
             "{:?}",
             found.taken
         );
+        // Times that are not saved follow from their step; rows may begin with an empty field.
+        for (begin, step) in [("\n\t", "0.005"), ("\n", "0.02")] {
+            let head = format!(
+                "X_Columns\tNo\n***End_of_Header***\nDelta_X\t{step}\t{step}\n***End_of_Header***\nX_Value\tForce_0\tForce_1\tComment\n"
+            );
+            let untimed = rows(&head, |n| format!("\t{}\t{}\t\n", n % 5, n % 7));
+            let untimed = untimed.replace("\n\t", begin);
+            let found = read(&untimed, "");
+            assert!(
+                found.taken.values.contains("\"Force_0\" to \"Force_1\"")
+                    && found.taken.time.contains("by the Delta_X"),
+                "{:?}",
+                found.taken
+            );
+            let period = (step.parse::<f64>().unwrap() * 1e9) as u64;
+            assert_eq!((found.frames[3].1, found.stream.columns), (3 * period, 2));
+            assert_eq!(read(&untimed, "rate=10 Hz").frames[3].1, 300_000_000);
+        }
         // The index of a data frame has no name.
         let index = rows(",time,left\n", |n| {
             format!("{n},{:.2},{}\n", 0.01 * f64::from(n), n % 5)

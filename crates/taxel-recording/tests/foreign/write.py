@@ -29,6 +29,10 @@ def multi(i):
     return T['std_msgs/msg/Float32MultiArray'](layout=L(dim=[D(label='rows',size=2,stride=6),D(label='cols',size=3,stride=3)],data_offset=0),data=np.arange(6,dtype=np.float32)+i)
 def joint(i): return T['sensor_msgs/msg/JointState'](header=header(i),name=['a','b'],position=np.array([i,2.]),velocity=np.array([]),effort=np.array([0.5,i/2]))
 def image(i): return T['sensor_msgs/msg/Image'](header=header(i),height=3,width=4,encoding='mono16',is_bigendian=0,step=10,data=np.frombuffer(b''.join(struct.pack('<4H',*[i+r*4+c for c in range(4)])+b'zz' for r in range(3)),dtype=np.uint8))
+def points(i):
+    F=T['sensor_msgs/msg/PointField']
+    data=b''.join(struct.pack('<fHxxff',c*0.5,i,r,i+10*r+c) for r in range(2) for c in range(3))
+    return T['sensor_msgs/msg/PointCloud2'](header=header(i),height=2,width=3,fields=[F(name='x',offset=0,datatype=7,count=1),F(name='n',offset=4,datatype=4,count=1),F(name='f',offset=8,datatype=7,count=2)],is_bigendian=False,point_step=16,row_step=48,data=np.frombuffer(data,dtype=np.uint8),is_dense=True)
 def text(i): return T['std_msgs/msg/String'](data='hello')
 topics=[('/wrench','geometry_msgs/msg/WrenchStamped',wrench),('/skin','lab_msgs/msg/Skin',skin),('/multi','std_msgs/msg/Float32MultiArray',multi),('/joints','sensor_msgs/msg/JointState',joint),('/image','sensor_msgs/msg/Image',image),('/text','std_msgs/msg/String',text)]
 def rosbag2(name, plugin, version, compression=None, comp_format=None, only=None):
@@ -43,6 +47,9 @@ rosbag2('bag_sqlite',StoragePlugin.SQLITE3,9)
 rosbag2('bag_sqlite_old',StoragePlugin.SQLITE3,8,only=['/wrench','/multi','/skin'])
 rosbag2('bag_mcap',StoragePlugin.MCAP,9)
 rosbag2('bag_one',StoragePlugin.MCAP,9,only=['/wrench'])
+topics=[('/points','sensor_msgs/msg/PointCloud2',points)]
+rosbag2('bag_points',StoragePlugin.MCAP,9)
+rosbag2('bag_points_old',StoragePlugin.SQLITE3,8)
 # mcap by the mcap library, compressions
 from mcap_ros2.writer import Writer as MW
 from mcap.writer import Writer as RawW, CompressionType
@@ -108,6 +115,11 @@ with h5py.File(out/'latest.h5','w',libver='latest') as h:
 import scipy.io
 for name,packed in [('v5.mat',False),('v7.mat',True)]:
     scipy.io.savemat(out/name,{'t':t,'maps':maps,'small':np.arange(N*2).reshape(N,2)%200,'name':'skin','cells':np.array([1,'x'],dtype=object),'z':np.array([1j])},do_compression=packed)
+# The records of MATLAB 4 by its published description; scipy reads them for comparison.
+scipy.io.savemat(out/'v4.mat',{'t':t,'small':np.arange(N*2).reshape(N,2)*1.5,'name':'skin','z':np.array([1j])},format='4')
+small4=np.arange(N*2,dtype='>i2').reshape(N,2)
+(out/'v4_big.mat').write_bytes(b''.join(struct.pack('>5i',1000+p,*a.shape,0,len(n)+1)+n.encode()+b'\0'+a.astype('>'+k).tobytes('F') for n,p,k,a in [('t',0,'f8',t[:,None]),('small',30,'i2',small4)]))
+assert (scipy.io.loadmat(out/'v4_big.mat')['small']==small4).all()
 # xdf
 def chunk(tag,body):
     n=len(body)+2

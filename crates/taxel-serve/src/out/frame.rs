@@ -8,7 +8,7 @@ use crate::message::{CONTACT, HEADER};
 
 /// What the columns of a line are.
 #[derive(Debug, Clone)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     /// Keys of SI units: of a reading, of a value, of a contact's force, of a length.
     reading: &'static str,
     value: &'static str,
@@ -43,8 +43,28 @@ pub(super) fn unit(quantity: &str) -> (&'static str, &'static str) {
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// A contact of a frame.
+pub(crate) struct ContactOfFrame {
+    pub(crate) id: u64,
+    pub(crate) centre: [f64; 2],
+    pub(crate) force: [f64; 3],
+    pub(crate) force_deviation: [f64; 3],
+}
+
 impl Columns {
-    pub(super) fn new(meaning: &Meaning) -> Self {
+    pub(super) fn reading(&self) -> &'static str {
+        self.reading
+    }
+
+    pub(super) fn value(&self) -> &'static str {
+        self.value
+    }
+
+    pub(super) fn length(&self) -> &'static str {
+        self.length
+    }
+
+    pub(crate) fn new(meaning: &Meaning) -> Self {
         Self {
             reading: unit(&meaning.reading.quantity).0,
             value: unit(&meaning.value.quantity).0,
@@ -59,7 +79,7 @@ impl Columns {
 }
 
 /// A binary message.
-pub(super) struct FrameMessage<'a>(pub(super) &'a [u8]);
+pub(crate) struct FrameMessage<'a>(pub(crate) &'a [u8]);
 
 impl FrameMessage<'_> {
     fn bytes<const N: usize>(&self, at: usize) -> [u8; N] {
@@ -95,6 +115,102 @@ impl FrameMessage<'_> {
             .map(|value| f32::from_le_bytes(*value))
     }
 
+    fn f64s<const N: usize>(&self, at: usize) -> [f64; N] {
+        std::array::from_fn(|place| self.f64(at + 8 * place))
+    }
+
+    pub(super) fn sequence(&self) -> u64 {
+        self.u64(8)
+    }
+
+    /// Device time, s.
+    pub(super) fn seconds(&self) -> f64 {
+        self.u64(16) as f64 * 1e-9
+    }
+
+    /// Total force, N.
+    pub(super) fn force(&self) -> [f64; 3] {
+        self.f64s(64)
+    }
+
+    pub(super) fn force_deviation(&self) -> [f64; 3] {
+        self.f64s(88)
+    }
+
+    /// Total moment, N m.
+    pub(super) fn moment(&self) -> [f64; 3] {
+        self.f64s(112)
+    }
+
+    /// Centre of pressure.
+    pub(super) fn centre(&self) -> [f64; 2] {
+        self.f64s(136)
+    }
+
+    pub(super) fn sum(&self) -> f64 {
+        self.f64(176)
+    }
+
+    /// How much the total says, by name.
+    pub(super) fn certainty(&self) -> Option<&'static str> {
+        let [total] = self.bytes(212);
+        certainty(total)
+    }
+
+    /// Code of how much the total says.
+    pub(super) fn certainty_code(&self) -> u8 {
+        let [total] = self.bytes(212);
+        total
+    }
+
+    /// The state that is the reason, by name.
+    pub(super) fn reason(&self) -> Option<&'static str> {
+        let [reason] = self.bytes(213);
+        state(reason)
+    }
+
+    pub(crate) fn contacts(&self) -> impl Iterator<Item = ContactOfFrame> + '_ {
+        (0..self.u16(6)).map(|contact| {
+            let at = HEADER + CONTACT * contact;
+            ContactOfFrame {
+                id: self.f64(at) as u64,
+                centre: self.f64s(at + 16),
+                force: self.f64s(at + 72),
+                force_deviation: self.f64s(at + 96),
+            }
+        })
+    }
+
+    pub(super) fn readings(&self) -> impl Iterator<Item = f32> + '_ {
+        self.arrays().0
+    }
+
+    /// Values of the taxels, component by component.
+    pub(crate) fn values(&self) -> impl Iterator<Item = f32> + '_ {
+        self.arrays().1
+    }
+
+    /// Their standard deviations.
+    pub(crate) fn deviations(&self) -> impl Iterator<Item = f32> + '_ {
+        let (taxels, channels) = (self.u32(184), self.u32(188));
+        let values = self.u16(4) * taxels;
+        let at = HEADER + CONTACT * self.u16(6) + 4 * (channels + values);
+        self.floats(at, values)
+    }
+
+    /// State of each taxel, by its code.
+    pub(crate) fn states(&self) -> impl Iterator<Item = u8> + '_ {
+        let (taxels, channels) = (self.u32(184), self.u32(188));
+        // Readings, values, deviations, residuals and the states of the channels come before them.
+        let floats = channels + (2 * self.u16(4) + 1) * taxels;
+        let at = HEADER + CONTACT * self.u16(6) + 4 * floats + channels;
+        self.0
+            .get(at..at + taxels)
+            .unwrap_or_default()
+            .iter()
+            .copied()
+    }
+
     fn zero_known(&self) -> bool {
         self.u32(192) & 32 == 0
     }
@@ -113,12 +229,12 @@ impl FrameMessage<'_> {
         Some(self.u64(200)).filter(|host_ns| *host_ns != u64::MAX)
     }
 
-    fn lost(&self) -> Option<u64> {
+    pub(super) fn lost(&self) -> Option<u64> {
         Some(self.u64(24)).filter(|lost| *lost != u64::MAX)
     }
 
     /// Adds the frame as one object of JSON, and the end of the line.
-    pub(super) fn json(&self, columns: &Columns, link: &str, out: &mut String) {
+    pub(crate) fn json(&self, columns: &Columns, link: &str, out: &mut String) {
         let _ = write!(
             out,
             "{{\"sequence\":{},\"time_ns\":{}",
@@ -244,7 +360,7 @@ impl Number {
         Self(zmij::Buffer::new())
     }
 
-    fn push(&mut self, out: &mut String, value: impl Digits) {
+    pub(super) fn push(&mut self, out: &mut String, value: impl Digits) {
         out.push_str(if value.known() {
             self.0.format_finite(value)
         } else {

@@ -121,7 +121,7 @@ impl Chain {
             layout,
             axes: parts.axes,
             cover: parts.cover,
-            cells: vec![parts.cell],
+            cells: parts.cell.each(),
             network: parts.network,
             readout: board.readout,
             last: board.last,
@@ -173,6 +173,11 @@ impl Chain {
             self.cells = (0..self.count()).map(|_| self.cells[0].boxed()).collect();
         }
         self.cells[index] = law;
+    }
+
+    /// Number of laws: one for all cells, or that of the cells.
+    pub fn laws(&self) -> usize {
+        self.cells.len()
     }
 
     /// The law of a cell.

@@ -212,6 +212,11 @@ pub trait CellLaw: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn CellLaw>;
 
+    /// The law of each cell of an array, row by row; one alone is that of all.
+    fn each(&self) -> Vec<Box<dyn CellLaw>> {
+        vec![self.boxed()]
+    }
+
     /// What the value is.
     fn quantity(&self) -> CellQuantity;
 

@@ -5,7 +5,7 @@ use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::{
     CellEstimate, CellLaw, CellQuantity, CellState, ChainPart, HALF, PartError, PartParameter,
@@ -16,15 +16,25 @@ use crate::quantity::{self, Checked, Dimension, NonNegativeStress, VALUE};
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 /// One measured point of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Pressure on the cell, Pa; zero of the first point.
-    #[serde(deserialize_with = "quantity::one::<NonNegativeStress, _>")]
-    #[schemars(with = "Checked<NonNegativeStress>")]
     pub pressure: f64,
     /// What the board reads there.
     pub reading: PointReading,
+}
+
+/// A point as a sensor file has it: of all cells, or of each.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Point")]
+struct PointOfCells {
+    /// Pressure on the cell, Pa; zero of the first point.
+    #[serde(deserialize_with = "quantity::one::<NonNegativeStress, _>")]
+    #[schemars(with = "Checked<NonNegativeStress>")]
+    pressure: f64,
+    /// What the board reads there; a list has the reading of each cell, row by row.
+    reading: Readings,
 }
 
 /// A reading: a plain number of a board that gives counts, a quantity of one that gives its unit.
@@ -79,19 +89,64 @@ impl<'de> Deserialize<'de> for PointReading {
     }
 }
 
-impl JsonSchema for PointReading {
+/// The reading of all cells at a point, or that of each, row by row.
+#[derive(Debug, Clone)]
+enum Readings {
+    OfAll(PointReading),
+    OfEach(Vec<PointReading>),
+}
+
+struct ReadingsVisitor;
+
+impl<'de> Visitor<'de> for ReadingsVisitor {
+    type Value = Readings;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        ReadingVisitor.expecting(f)?;
+        f.write_str(", or a list of them, one for each cell, row by row")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Readings, E> {
+        ReadingVisitor.visit_str(text).map(Readings::OfAll)
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Readings, E> {
+        ReadingVisitor.visit_f64(value).map(Readings::OfAll)
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Readings, E> {
+        ReadingVisitor.visit_i64(value).map(Readings::OfAll)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut members: A) -> Result<Readings, A::Error> {
+        let mut readings = Vec::new();
+        while let Some(reading) = members.next_element()? {
+            readings.push(reading);
+        }
+        Ok(Readings::OfEach(readings))
+    }
+}
+
+impl<'de> Deserialize<'de> for Readings {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ReadingsVisitor)
+    }
+}
+
+impl JsonSchema for Readings {
     fn inline_schema() -> bool {
         true
     }
 
     fn schema_name() -> Cow<'static, str> {
-        "PointReading".into()
+        "Readings".into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let stated = Stated::json_schema(generator);
-        let value = "a number of counts, or a quantity of the kind that the board gives";
-        json_schema!({"oneOf": [{"type": "number"}, stated], VALUE: value})
+        let value = "a number of counts, or a quantity of the kind that the board gives; or a list of them, one for each cell";
+        let of_each = json_schema!({"type": "array", "items": {"oneOf": [{"type": "number"}, stated]}, "minItems": 1});
+        json_schema!({"oneOf": [{"type": "number"}, stated, of_each], VALUE: value})
     }
 }
 
@@ -123,10 +178,15 @@ const STEPS: [&str; 15] = [
     "reading_step_15",
 ];
 
-/// A cell with a measured curve: readings that rise all the way, or fall all the way.
+/// A cell with a measured curve: readings that rise all the way, or fall all the way. Of cells that
+/// were measured one by one it is the first of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     measured: Vec<Point>,
+    /// Where each cell has a curve of its own, those of the cells after this one.
+    others: Vec<Points>,
+    /// True where the curve is this cell's own: readings of an array tell its gain alone.
+    own: bool,
     /// Change of the reading over that of the points, from cell to cell.
     gain: f64,
     /// Pressure, Pa, to reading, SI; none where the points make no curve.
@@ -135,7 +195,44 @@ pub struct Points {
 
 impl<'de> Deserialize<'de> for Points {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Vec::deserialize(deserializer).map(Self::new)
+        let points = Vec::<PointOfCells>::deserialize(deserializer)?;
+        let count = points.iter().find_map(|point| match &point.reading {
+            Readings::OfEach(readings) => Some(readings.len()),
+            Readings::OfAll(_) => None,
+        });
+        let of_cell = |cell: usize| {
+            let at = |point: &PointOfCells| {
+                let reading = match &point.reading {
+                    Readings::OfAll(reading) => Some(reading),
+                    Readings::OfEach(readings) if Some(readings.len()) == count => {
+                        readings.get(cell)
+                    }
+                    Readings::OfEach(_) => None,
+                };
+                let reading = *reading.ok_or_else(|| {
+                    <D::Error as de::Error>::custom(
+                        "the points have lists of different lengths: give the reading of each cell, row by row, in each",
+                    )
+                })?;
+                let pressure = point.pressure;
+                Ok(Point { pressure, reading })
+            };
+            points
+                .iter()
+                .map(at)
+                .collect::<Result<_, _>>()
+                .map(Self::new)
+        };
+        let mut first = of_cell(0)?;
+        if let Some(count) = count {
+            first.own = true;
+            for cell in 1..count {
+                let own = true;
+                let other = of_cell(cell)?;
+                first.others.push(Self { own, ..other });
+            }
+        }
+        Ok(first)
     }
 }
 
@@ -149,7 +246,7 @@ impl JsonSchema for Points {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let point = generator.subschema_for::<Point>();
+        let point = generator.subschema_for::<PointOfCells>();
         json_schema!({"type": "array", "items": point, "minItems": 2, "maxItems": STEPS.len() + 1})
     }
 }
@@ -160,6 +257,8 @@ impl Points {
     pub fn new(points: Vec<Point>) -> Self {
         let mut cell = Self {
             measured: points,
+            others: Vec::new(),
+            own: false,
             gain: 1.0,
             curve: None,
         };
@@ -193,6 +292,18 @@ impl ChainPart for Points {
             fitted: true,
             per_cell: true,
         };
+        let gain = PartParameter {
+            unit: "",
+            fitted: self.own,
+            ..part("gain", [0.1, 10.0])
+        };
+        if self.own {
+            each(gain, &mut self.gain);
+            for other in &mut self.others {
+                other.gain = self.gain;
+            }
+            return;
+        }
         let mut reading = readings[0];
         let around = [reading - span, reading + span];
         each(part("rest_reading", around), &mut reading);
@@ -206,11 +317,6 @@ impl ChainPart for Points {
             reading += step;
             self.measured[index].reading.value = reading;
         }
-        let gain = PartParameter {
-            unit: "",
-            fitted: false,
-            ..part("gain", [0.1, 10.0])
-        };
         each(gain, &mut self.gain);
         self.settle();
     }
@@ -252,19 +358,30 @@ impl ChainPart for Points {
         }
         let points = self.measured.iter();
         let points = points.map(|at| [at.pressure, at.reading.value]);
-        match MonotoneCurve::new(points.collect(), None) {
-            Ok(_) => Ok(()),
-            Err(error) => broken(
+        if let Err(error) = MonotoneCurve::new(points.collect(), None) {
+            return broken(
                 error.to_string(),
                 "order the points by pressure; a reading that turns back belongs to two pressures",
-            ),
+            );
         }
+        for (cell, other) in (1..).zip(&self.others) {
+            other.check().map_err(|error| PartError {
+                message: format!("reading {} of the lists: {}", cell + 1, error.message),
+                ..error
+            })?;
+        }
+        Ok(())
     }
 }
 
 impl CellLaw for Points {
     fn boxed(&self) -> Box<dyn CellLaw> {
         Box::new(self.clone())
+    }
+
+    fn each(&self) -> Vec<Box<dyn CellLaw>> {
+        let cells = std::iter::once(self).chain(&self.others);
+        cells.map(CellLaw::boxed).collect()
     }
 
     fn quantity(&self) -> CellQuantity {

@@ -360,7 +360,11 @@ fn mistakes_are_shown_at_their_key() {
 /// A raw board of 12 x 32 cells with whole counts of 8 bits, as people have it: no electronics but
 /// what the cells read at known pressures.
 fn raw_board(points: &str) -> Sensor {
-    let text = format!(
+    Sensor::parse("raw.toml", &raw_text(points)).unwrap()
+}
+
+fn raw_text(points: &str) -> String {
+    format!(
         r#"
 schema = 2
 name = "raw mat"
@@ -373,8 +377,7 @@ frame_rate = "50 Hz"
 scan = "simultaneous"
 readout = {{ digital = {{ unit = "counts", noise = 0.4 }} }}
 "#
-    );
-    Sensor::parse("raw.toml", &text).unwrap()
+    )
 }
 
 const RISING: &str = r#"
@@ -430,6 +433,65 @@ fn counts_of_a_raw_board_become_kilopascals_and_newtons() {
         assert_eq!(most.state, State::OutOfRange, "{most:?}");
         assert!(most.pressed() >= 55e3, "{most:?}");
     }
+}
+
+/// Cells that were measured one by one: the same reading is another pressure on each.
+#[test]
+fn each_cell_can_have_a_curve_of_its_own() {
+    let readings = |of_cell: &dyn Fn(usize) -> f64| {
+        let all: Vec<_> = (0..384).map(|cell| of_cell(cell).to_string()).collect();
+        format!("[{}]", all.join(", "))
+    };
+    let gain = |cell: usize| 1.0 + 0.5 * (cell % 2) as f64;
+    let points = |ends: String| {
+        let middle = readings(&|cell| 3.0 + 60.0 * gain(cell));
+        format!(
+            "{{ pressure = \"0 kPa\", reading = 3 }}, {{ pressure = \"30 kPa\", reading = {middle} }}, {{ pressure = \"80 kPa\", reading = {ends} }}"
+        )
+    };
+    let sensor = raw_board(&points(readings(&|cell| 3.0 + 130.0 * gain(cell))));
+    let chain = sensor.cells().unwrap().chain().clone();
+    assert_eq!(chain.laws(), 384);
+    for cell in [100, 101] {
+        // A curve goes through its points.
+        assert_eq!(chain.cell(cell).value(30e3), 3.0 + 60.0 * gain(cell));
+    }
+    let mut session = session(&sensor);
+    session.begin_rest_capture(50);
+    for sequence in 0..51 {
+        let reading = |cell: usize| match cell {
+            100 | 101 if sequence == 50 => 63.0,
+            _ => 3.0,
+        };
+        let frame = Frame {
+            sequence,
+            time_ns: 20_000_000 * sequence,
+            values: (0..384).map(reading).collect(),
+            ..Frame::default()
+        };
+        session.push(&frame).unwrap();
+    }
+    let touch = session.estimator().touch();
+    let [one, other] = [100, 101].map(|cell| touch.taxels[cell].pressed());
+    // Half a count of 60 is 0.25 kPa.
+    assert!((one - 30e3).abs() < 0.25e3, "{one}");
+    assert!(one - other > 5e3, "{one} {other}");
+    // A calibration tells what all curves have in common.
+    let mut names = Vec::new();
+    let mut shared = chain.cell(0).boxed();
+    shared.parameters(&mut |parameter, _| names.push((parameter.name, parameter.fitted)));
+    assert_eq!(names, [("gain", true)]);
+    let refused = |text: &str, message: &str| {
+        let file = Sensor::parse("raw.toml", &raw_text(text)).unwrap_err();
+        assert!(file.to_string().contains(message), "{file}");
+    };
+    refused(&points("[4, 5]".into()), "lists of different lengths");
+    let two = "{ pressure = \"0 kPa\", reading = 0 }, { pressure = \"80 kPa\", reading = [9, 8] }";
+    refused(two, "curves of 2 cells, and the array has 384");
+    refused(
+        &points(readings(&|cell| if cell == 5 { 0.0 } else { 300.0 })),
+        "reading 6 of the lists: ",
+    );
 }
 
 #[test]

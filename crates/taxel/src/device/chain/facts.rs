@@ -85,7 +85,7 @@ fn of_the_board(device: &ChainDevice<'_>) -> Vec<Fact> {
         "readout, last stage",
     ));
     let [low, high] = chain.last.range();
-    let inputs = device.inputs().into_iter();
+    let inputs = device.inputs(0).into_iter();
     facts.extend(
         inputs
             .filter(|_| (high - low).is_finite())

@@ -128,6 +128,13 @@ impl Device for ChainDevice<'_> {
         for stage in self.chain.stages() {
             stage.check().map_err(broken)?;
         }
+        let (laws, cells) = (self.chain.laws(), self.chain.count());
+        require(
+            laws == 1 || laws == cells,
+            "element.cells.cell",
+            || format!("there are curves of {laws} cells, and the array has {cells}"),
+            "give one for all, or one for each cell, row by row",
+        )?;
         require(
             self.chain.network.takes(self.chain.cell(0).quantity()),
             "element.cells.network",
@@ -176,7 +183,7 @@ impl Device for ChainDevice<'_> {
             LastStage::Converter(_) => ("V", 1.0),
             LastStage::Instrument(measured) => (measured.unit.symbol, measured.unit.si_per_unit),
         };
-        for (what, input) in self.inputs() {
+        for (what, input) in (0..laws).flat_map(|cell| self.inputs(cell)) {
             require(
                 low < input && input < high,
                 self.chain.last.range_key(),
@@ -330,13 +337,13 @@ impl ChainDevice<'_> {
         (0..self.chain.count()).map(pressed).collect()
     }
 
-    /// Inputs of the last stage at rest, with one cell at full scale, and with all of them.
-    fn inputs(&self) -> [(&'static str, f64); 2] {
+    /// Inputs of the last stage at rest, and with this cell alone at full scale.
+    fn inputs(&self, cell: usize) -> [(&'static str, f64); 2] {
         let chain = &self.chain;
         let mut pressures = vec![0.0; chain.count()];
-        pressures[0] = chain.full_scale;
+        pressures[cell] = chain.full_scale;
         let [rest, pressed] = [chain.rest(), chain.respond(&pressures).signals]
-            .map(|signals| chain.input(signals[0]));
+            .map(|signals| chain.input(signals[cell]));
         [("at rest", rest), ("with one cell at full scale", pressed)]
     }
 }

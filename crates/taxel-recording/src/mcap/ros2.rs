@@ -1,0 +1,239 @@
+//! A recording as one for ROS 2: the standard messages that its tools know, and those of taxel behind them.
+
+use std::io::{Read, Result, Write};
+
+use super::cdr::Encoder;
+use super::message::Message as _;
+use super::reader::McapReader;
+use super::record::{MAGIC, code, put, put_map, put_text, put_u16, put_u32, put_u64};
+use super::schemas::Topic;
+use super::{ContactMessage, TouchMessage};
+
+/// Frame of the sensor in all heads.
+const FRAME: &str = "taxel";
+
+/// A topic of standard messages. Numbers of channels go on behind those of taxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Standard {
+    Wrench,
+    Image,
+    Contacts,
+}
+
+impl Standard {
+    const ALL: [Self; 3] = [Self::Wrench, Self::Image, Self::Contacts];
+
+    fn number(self) -> u16 {
+        100 + self as u16
+    }
+
+    /// Name, type, and definition of the type without the types in it.
+    fn texts(self) -> [&'static str; 3] {
+        match self {
+            Self::Wrench => ["/taxel/wrench", "geometry_msgs/msg/WrenchStamped", WRENCH],
+            Self::Image => ["/taxel/image", "sensor_msgs/msg/Image", IMAGE],
+            Self::Contacts => ["/taxel/contacts", "sensor_msgs/msg/PointCloud2", POINTS],
+        }
+    }
+}
+
+/// Definition of a type with those that it uses.
+fn definition(own: &str) -> String {
+    let mut text = own.to_owned();
+    // A type may use those behind it.
+    for (name, fields) in PARTS {
+        if text.contains(name) {
+            let rule = "=".repeat(80);
+            for part in [&rule, "\nMSG: ", name, "\n", fields] {
+                text.push_str(part);
+            }
+        }
+    }
+    text
+}
+
+const WRENCH: &str = "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n";
+const IMAGE: &str = "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n";
+const POINTS: &str = "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n";
+const PARTS: [(&str, &str); 5] = [
+    (
+        "std_msgs/Header",
+        "builtin_interfaces/Time stamp\nstring frame_id\n",
+    ),
+    ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    (
+        "geometry_msgs/Wrench",
+        "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n",
+    ),
+    ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    (
+        "sensor_msgs/PointField",
+        "string name\nuint32 offset\nuint8 datatype\nuint32 count\n",
+    ),
+];
+
+fn head(fields: &mut Encoder<'_>, utc_ns: u64) {
+    fields.time(utc_ns);
+    fields.string(FRAME);
+}
+
+/// The total that acts on the sensor, in its right-handed frame: what presses is negative along z.
+fn wrench(touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
+    let mut fields = Encoder::new(out);
+    head(&mut fields, utc_ns);
+    let [x, y, pressing] = touch.force;
+    fields.f64s([x, y, -pressing]);
+    fields.f64s(touch.moment);
+}
+
+/// The values of the taxels, row 0 on top, as numbers of 32 bits.
+fn image(touch: &TouchMessage, columns: usize, utc_ns: u64, out: &mut Vec<u8>) {
+    let mut fields = Encoder::new(out);
+    head(&mut fields, utc_ns);
+    let each = usize::from(touch.components.max(1));
+    let columns = columns.max(1);
+    let rows = touch.values.len() / (each * columns);
+    let step = 4 * each * columns;
+    fields.u32(rows as u32);
+    fields.u32(columns as u32);
+    fields.string(if each == 3 { "32FC3" } else { "32FC1" });
+    fields.u8(0);
+    fields.u32(step as u32);
+    let values = touch.values.iter().take(rows * columns * each);
+    let data: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+    fields.bytes(&data);
+}
+
+/// Numbers of a contact, in their order in a point.
+const FIELDS: [&str; 8] = [
+    "x",
+    "y",
+    "z",
+    "force_x",
+    "force_y",
+    "force_z",
+    "force_z_deviation",
+    "id",
+];
+
+/// The contacts as points: on a cylinder, on its developed surface.
+fn contacts(contacts: &[ContactMessage], utc_ns: u64, out: &mut Vec<u8>) {
+    let mut fields = Encoder::new(out);
+    head(&mut fields, utc_ns);
+    let step = 4 * FIELDS.len();
+    fields.u32(1);
+    fields.u32(contacts.len() as u32);
+    fields.count(FIELDS.len());
+    for (place, name) in FIELDS.iter().enumerate() {
+        fields.string(name);
+        fields.u32(4 * place as u32);
+        // The code of numbers of 32 bits with a point.
+        fields.u8(7);
+        fields.u32(1);
+    }
+    fields.bool(false);
+    fields.u32(step as u32);
+    fields.u32((step * contacts.len()) as u32);
+    let mut data = Vec::with_capacity(step * contacts.len());
+    for contact in contacts {
+        let ([x, y], [force_x, force_y, force_z]) = (contact.centre, contact.force);
+        let deviation = contact.force_deviation[2];
+        for value in [
+            x,
+            y,
+            0.0,
+            force_x,
+            force_y,
+            force_z,
+            deviation,
+            contact.id as f64,
+        ] {
+            data.extend((value as f32).to_le_bytes());
+        }
+    }
+    fields.bytes(&data);
+    fields.bool(true);
+}
+
+fn channel(out: &mut Vec<u8>, number: u16, [name, kind]: [&str; 2], definition: &str) {
+    put(out, code::SCHEMA, |out| {
+        put_u16(out, number);
+        put_text(out, kind);
+        put_text(out, "ros2msg");
+        put_text(out, definition);
+    });
+    put(out, code::CHANNEL, |out| {
+        put_u16(out, number);
+        put_u16(out, number);
+        put_text(out, name);
+        put_text(out, "cdr");
+        put_map(out, &[]);
+    });
+}
+
+/// Writes the messages of a recording, whose array has so many columns of taxels, with standard messages
+/// of ROS 2 for each touch: `geometry_msgs/WrenchStamped` of the total, `sensor_msgs/Image` of the values and
+/// `sensor_msgs/PointCloud2` of the contacts. Stamps are UTC of this computer. Returns how many frames have
+/// such messages.
+///
+/// # Errors
+/// Those of the recording and of `out`.
+pub fn write_ros2<R: Read>(
+    mut reader: McapReader<R>,
+    columns: usize,
+    library: &str,
+    mut out: impl Write,
+) -> Result<u64> {
+    let mut records = MAGIC.to_vec();
+    put(&mut records, code::HEADER, |out| {
+        put_text(out, "ros2");
+        put_text(out, library);
+    });
+    for topic in Topic::ALL {
+        let names = [topic.name(), topic.type_name()];
+        channel(&mut records, topic.number(), names, &topic.definition());
+    }
+    for topic in Standard::ALL {
+        let [name, kind, own] = topic.texts();
+        channel(&mut records, topic.number(), [name, kind], &definition(own));
+    }
+    let mut frames = 0;
+    let mut body = Vec::new();
+    while let Some(entry) = reader.next()? {
+        let mut message = |channel: u16, sequence: u32, bytes: &[u8]| {
+            put(&mut records, code::MESSAGE, |out| {
+                put_u16(out, channel);
+                put_u32(out, sequence);
+                put_u64(out, entry.log_time);
+                put_u64(out, entry.publish_time);
+                out.extend_from_slice(bytes);
+            });
+        };
+        message(entry.topic.number(), entry.sequence, entry.bytes);
+        let touch = (entry.topic == Topic::Touch).then(|| TouchMessage::decode(entry.bytes));
+        if let Some(touch) = touch.flatten() {
+            for topic in Standard::ALL {
+                body.clear();
+                match topic {
+                    Standard::Wrench => wrench(&touch, entry.log_time, &mut body),
+                    Standard::Image => image(&touch, columns, entry.log_time, &mut body),
+                    Standard::Contacts => contacts(&touch.contacts, entry.log_time, &mut body),
+                }
+                message(topic.number(), entry.sequence, &body);
+            }
+            frames += 1;
+        }
+        out.write_all(&records)?;
+        records.clear();
+    }
+    put(&mut records, code::DATA_END, |out| put_u32(out, 0));
+    put(&mut records, code::FOOTER, |out| {
+        // Without a summary: readers go through the file.
+        put_u64(out, 0);
+        put_u64(out, 0);
+        put_u32(out, 0);
+    });
+    records.extend_from_slice(&MAGIC);
+    out.write_all(&records)?;
+    Ok(frames)
+}
