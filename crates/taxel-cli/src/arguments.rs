@@ -53,6 +53,9 @@ pub(crate) enum Command {
     Calibrate(Calibrate),
     /// Write synthetic calibration data of a sensor
     Twin(Twin),
+    /// Laws of rubber: fitted to tests, of a library, or from a hardness
+    #[command(subcommand)]
+    Material(Material),
     /// Every published number of the four papers beside ours
     Reproduce(Reproduce),
     /// The solver of soft solids against exact solutions and other programs
@@ -76,6 +79,99 @@ pub(crate) enum Command {
     Completions(Completions),
     /// Write manual pages
     Man(ManPages),
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Material {
+    /// Fit laws to tests, choose one, and say what the tests do not tell
+    Fit(Box<MaterialFit>),
+    /// Where a law is stable, and whether it is sane in other modes
+    Check(MaterialCheck),
+    /// Names of the library
+    List(MaterialList),
+    /// A material of the library, with its source
+    Show(MaterialShow),
+    /// Modulus of elasticity of a Shore hardness, such as "30 A" or "00-30"
+    Hardness(MaterialShow),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MaterialFit {
+    /// Files of tests (CSV)
+    #[arg(required = true)]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Law to fit, or all; by default those that the tests can tell
+    #[arg(long)]
+    pub(crate) law: Option<String>,
+    /// Mode of the tests: uniaxial, compression, planar or equibiaxial
+    #[arg(long)]
+    pub(crate) mode: Option<String>,
+    /// Slack: a strain, or fit; by default it is fitted and kept where it matters
+    #[arg(long)]
+    pub(crate) slack: Option<String>,
+    /// Compliance of the machine, such as "0.02 mm/N"
+    #[arg(long)]
+    pub(crate) compliance: Option<String>,
+    /// Force that the machine shows without load, such as "0.05 N"
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) force_offset: Option<String>,
+    /// Loading of a cyclic test: first, last or a number
+    #[arg(long)]
+    pub(crate) cycle: Option<String>,
+    /// Strains that count, such as 0..1
+    #[arg(long)]
+    pub(crate) strain_range: Option<String>,
+    /// Stretches at which a law must be stable, such as 0.5..3
+    #[arg(long)]
+    pub(crate) service: Option<String>,
+    /// Residuals count relative to their stress, or as they are
+    #[arg(long, value_parser = ["relative", "absolute"], default_value = "relative")]
+    pub(crate) weight: String,
+    /// A point counts by the stretch that it stands for, or all points alike
+    #[arg(long, value_parser = ["stretch", "points"], default_value = "stretch")]
+    pub(crate) measure: String,
+    /// Friction at the faces of a pressed disc: bonded widens the interval downwards
+    #[arg(long, value_parser = ["bonded", "none"], default_value = "bonded")]
+    pub(crate) friction: String,
+    /// Tests count by their points, not each alike
+    #[arg(long)]
+    pub(crate) pool: bool,
+    /// Write the law to this file
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MaterialCheck {
+    /// Name of the library, or a law such as "gent 191 kPa 6.95"
+    pub(crate) law: String,
+    /// Stretches at which it must be stable, such as 0.5..3
+    #[arg(long)]
+    pub(crate) service: Option<String>,
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MaterialList {
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MaterialShow {
+    /// Name of a material, or a hardness
+    pub(crate) name: String,
+    /// Format of the result
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: Format,
 }
 
 /// Format of results.

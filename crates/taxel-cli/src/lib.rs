@@ -62,6 +62,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Export(export) => commands::export::run(export),
         Command::Calibrate(calibrate) => commands::calibrate::run(calibrate),
         Command::Twin(twin) => commands::twin::run(twin),
+        Command::Material(material) => commands::material::run(material),
         Command::Reproduce(reproduce) => commands::reproduce::run(reproduce),
         Command::Verify(verify) => commands::verify::run(verify),
         Command::Estimate(estimate) => commands::estimate::run(estimate),

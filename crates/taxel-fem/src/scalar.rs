@@ -23,6 +23,10 @@ pub trait Scalar:
     /// Natural logarithm, for positive numbers.
     #[must_use]
     fn logarithm(self) -> Self;
+    /// Natural logarithm of one plus a number, with all digits of a small one; not a number
+    /// below -1.
+    #[must_use]
+    fn logarithm_of_one_plus(self) -> Self;
     /// Square root, for numbers not negative.
     #[must_use]
     fn root(self) -> Self;
@@ -50,6 +54,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn logarithm(self) -> Self {
         libm::log(self)
+    }
+    #[inline(always)]
+    fn logarithm_of_one_plus(self) -> Self {
+        libm::log1p(self)
     }
     #[inline(always)]
     fn root(self) -> Self {
@@ -180,6 +188,10 @@ impl Scalar for Lanes {
     #[inline(always)]
     fn logarithm(self) -> Self {
         self.map(libm::log)
+    }
+    #[inline(always)]
+    fn logarithm_of_one_plus(self) -> Self {
+        self.map(libm::log1p)
     }
     #[inline(always)]
     fn root(self) -> Self {

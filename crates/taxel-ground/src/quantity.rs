@@ -390,6 +390,8 @@ rules! {
     EndFactor: None, 0.65, false, 100.0;
     /// Any number.
     AnyNumber: None, -NO_LIMIT, false, NO_LIMIT;
+    /// Any number above zero.
+    PositiveNumber: None, 0.0, true, NO_LIMIT;
     /// A number above zero, at most 100.
     PositiveRatio: None, 0.0, true, 100.0;
     /// Exponent of a published fringe factor, above -1 and at most 10.

@@ -180,6 +180,10 @@ pub(crate) fn material((law, constants, bulk): &Solid) -> PyResult<Material> {
             c20: *c20,
             c30: *c30,
         },
+        ("gent", [shear, limit]) => Law::Gent {
+            shear: *shear,
+            limit: *limit,
+        },
         ("linear_elastic", [shear]) => Law::LinearElastic { shear: *shear },
         _ => return Err(value_error(format!("{law:?} is no law of a solid"))),
     };

@@ -1680,6 +1680,10 @@ fn solid_of(material: &RegionMaterial, key: &str) -> Result<Material, Wrong> {
             c20: solid.c20,
             c30: solid.c30,
         }),
+        Law::Gent(solid) => Ok(material::Law::Gent {
+            shear: solid.shear_modulus,
+            limit: solid.limit,
+        }),
         Law::Ogden(terms) => {
             let terms: Vec<_> = terms
                 .iter()

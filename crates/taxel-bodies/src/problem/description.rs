@@ -8,7 +8,7 @@ use super::group::{Axis, Group};
 use taxel::mechanics::{LinearElastic, MooneyRivlin};
 use taxel_ground::quantity::{
     self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
-    PositiveResistivity, PositiveStress, Ratio, RelativePermittivity,
+    PositiveNumber, PositiveResistivity, PositiveStress, Ratio, RelativePermittivity,
 };
 
 /// Two names, no more and no fewer.
@@ -148,6 +148,8 @@ pub enum Law {
     MooneyRivlin(MooneyRivlin),
     /// W = C10 x + C20 x² + C30 x³ with x = I1 − 3.
     Yeoh(Yeoh),
+    /// W = −μ Jm/2 ln(1 − (I1 − 3)/Jm): it stiffens without bound near I1 = 3 + Jm.
+    Gent(Gent),
     /// W = Σ μ/α (λ1^α + λ2^α + λ3^α − 3), one to four terms.
     Ogden(Vec<OgdenTerm>),
     /// A stiff part: linear at small strain, at any rotation.
@@ -180,6 +182,20 @@ pub struct Yeoh {
     #[serde(deserialize_with = "quantity::one::<AnyStress, _>")]
     #[schemars(with = "Checked<AnyStress>")]
     pub c30: f64,
+}
+
+/// W = −μ Jm/2 ln(1 − (I1 − 3)/Jm).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gent {
+    /// Shear modulus μ, Pa.
+    #[serde(deserialize_with = "quantity::one::<PositiveStress, _>")]
+    #[schemars(with = "Checked<PositiveStress>")]
+    pub shear_modulus: f64,
+    /// Limit Jm of I1 − 3.
+    #[serde(deserialize_with = "quantity::one::<PositiveNumber, _>")]
+    #[schemars(with = "Checked<PositiveNumber>")]
+    pub limit: f64,
 }
 
 /// One term of Ogden's law.

@@ -19,8 +19,8 @@ mod selection;
 pub use body::{Body, Effort, Ended};
 pub use description::{
     Along, Bulk, Capacitance, Cavity, Channel, Compressibility, Conductor, Contact, Cylinder,
-    Dielectric, Driver, Geometry, Law, Load, MeshFile, NeoHookean, Obstacle, OfCavity, OgdenTerm,
-    Output, Picture, Plane, PlaneStrain, PointAlong, Prescribed, ProblemFile, Punch,
+    Dielectric, Driver, Gent, Geometry, Law, Load, MeshFile, NeoHookean, Obstacle, OfCavity,
+    OgdenTerm, Output, Picture, Plane, PlaneStrain, PointAlong, Prescribed, ProblemFile, Punch,
     RegionMaterial, Resistance, Shape, SolverOptions, Sphere, Support, Tie, Yeoh,
 };
 pub use group::{Axis, BoxCorners, Group, PlaneAt, Selection};

@@ -10,6 +10,7 @@ pub(crate) mod export;
 pub(crate) mod fabricate;
 pub(crate) mod listen;
 pub(crate) mod live;
+pub(crate) mod material;
 pub(crate) mod optimize;
 pub(crate) mod predict;
 pub(crate) mod recording;

@@ -31,6 +31,7 @@ mod in_plane;
 #[cfg(unix)]
 mod links;
 mod maps;
+mod material;
 #[cfg(unix)]
 mod outputs;
 #[cfg(unix)]

@@ -246,6 +246,10 @@ impl Law {
                 finite("c20 [Pa]", *c20)?;
                 finite("c30 [Pa]", *c30)?;
             }
+            Self::Gent { shear, limit } => {
+                positive("shear modulus [Pa]", *shear)?;
+                positive("limit of I1 - 3", *limit)?;
+            }
             Self::Ogden { terms } => {
                 for term in terms {
                     finite("modulus of a term of Ogden's law [Pa]", term.modulus)?;

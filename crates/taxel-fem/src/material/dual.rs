@@ -154,6 +154,10 @@ impl Scalar for Dual {
         let slope = 1.0 / self.value;
         self.through(self.value.ln(), slope, -slope * slope)
     }
+    fn logarithm_of_one_plus(self) -> Self {
+        let slope = 1.0 / (1.0 + self.value);
+        self.through(libm::log1p(self.value), slope, -slope * slope)
+    }
     fn root(self) -> Self {
         self.power(0.5)
     }

@@ -102,6 +102,30 @@ mod tests {
     }
 
     #[test]
+    fn gent_stiffens_up_to_its_limit_and_ends_there() {
+        let law = Law::Gent {
+            shear: 1.2,
+            limit: 9.0,
+        };
+        for mode in Mode::ALL {
+            for l in [0.75_f64, 0.999, 1.001, 1.3, 1.6] {
+                let squares = mode.stretches(l).map(|l| l * l);
+                let first: f64 = squares.iter().sum();
+                let exact = 1.2 * (squares[0] - squares[2]) / l / (1.0 - (first - 3.0) / 9.0);
+                let found = mode.nominal_stress(&law, l);
+                // Two stresses of this size are subtracted.
+                assert!(
+                    (found - exact).abs() < 1e-14 * squares[0].max(squares[2]) * 4.0,
+                    "{mode} {l}"
+                );
+            }
+        }
+        // I1 = 12 at a stretch of 3.37 in uniaxial stretching.
+        assert!(uniaxial(&law, 3.3).is_finite());
+        assert!(uniaxial(&law, 3.4).is_nan());
+    }
+
+    #[test]
     fn simple_shear_has_rivlins_universal_relation() {
         let f: Tensor<f64> = [[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let stress = ONES.response(&f).stress;

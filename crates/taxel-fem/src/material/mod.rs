@@ -83,6 +83,14 @@ pub enum Law {
         /// Factor of `x^3`, Pa.
         c30: f64,
     },
+    /// `W = -mu Jm / 2 ln(1 - (I1bar - 3) / Jm)` (Gent 1996): stiffens without bound where
+    /// `I1bar - 3` comes near the limit `Jm`, and is not a number beyond.
+    Gent {
+        /// Shear modulus `mu`, Pa.
+        shear: f64,
+        /// Limit `Jm` of `I1bar - 3`.
+        limit: f64,
+    },
     /// `W = sum mu/a (l1^a + l2^a + l3^a - 3)` (Ogden 1972).
     Ogden {
         /// The terms; those of modulus zero count for nothing.
@@ -142,7 +150,7 @@ impl Law {
             Self::MooneyRivlin { c10, c01 } => 2.0 * (c10 + c01),
             Self::Yeoh { c10, .. } => 2.0 * c10,
             Self::Ogden { terms } => terms.iter().map(|t| t.modulus * t.exponent / 2.0).sum(),
-            Self::LinearElastic { shear } => *shear,
+            Self::LinearElastic { shear } | Self::Gent { shear, .. } => *shear,
             Self::Energy(energy) => {
                 let [first, second] = energy.derived([3.0; 2]).first;
                 2.0 * (first + second)
@@ -156,6 +164,7 @@ impl Law {
             Self::MooneyRivlin { c01: 0.0, .. } => "neo-Hookean",
             Self::MooneyRivlin { .. } => "Mooney-Rivlin",
             Self::Yeoh { .. } => "Yeoh",
+            Self::Gent { .. } => "Gent",
             Self::Ogden { .. } => "Ogden",
             Self::LinearElastic { .. } => "linear elastic",
             Self::Energy(_) => "an energy of its own",
@@ -190,6 +199,17 @@ impl Law {
                 k(6.0 * c30) * x + k(2.0 * c20),
                 0.0,
             ),
+            Self::Gent { shear, limit } => {
+                // The root keeps what is beyond the limit from a stress that looks like one.
+                let room = (k(1.0) - x * k(1.0 / limit)).root();
+                let first = k(shear / 2.0) / (room * room);
+                (
+                    (x * k(-1.0 / limit)).logarithm_of_one_plus() * k(-shear * limit / 2.0),
+                    first,
+                    first / (room * room * k(limit)),
+                    0.0,
+                )
+            }
             // dev E : dev E = I1^2 / 6 - I2 / 2
             Self::LinearElastic { shear } => (
                 (x * k(1.0 / 6.0) + k(1.0)) * x * k(shear),

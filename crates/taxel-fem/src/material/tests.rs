@@ -10,13 +10,17 @@ use crate::scalar::{
 use proptest::prelude::*;
 
 /// Every law, with constants far from special; shear modulus near one.
-pub(super) const LAWS: [Law; 6] = [
+pub(super) const LAWS: [Law; 7] = [
     Law::MooneyRivlin { c10: 0.5, c01: 0.0 },
     Law::MooneyRivlin { c10: 0.4, c01: 0.1 },
     Law::Yeoh {
         c10: 0.5,
         c20: -0.02,
         c30: 0.003,
+    },
+    Law::Gent {
+        shear: 1.2,
+        limit: 80.0,
     },
     Law::Ogden {
         terms: [

@@ -15,7 +15,7 @@ const fn term(modulus: f64, exponent: f64) -> OgdenTerm {
 }
 
 /// Each law with the stretch it is tried at. The last one is no law of large strain.
-const LAWS: [(&str, Law, f64); 6] = [
+const LAWS: [(&str, Law, f64); 7] = [
     ("neo-Hookean", Law::MooneyRivlin { c10: 1.0, c01: 0.0 }, 1.5),
     (
         "Mooney-Rivlin",
@@ -45,6 +45,14 @@ const LAWS: [(&str, Law, f64); 6] = [
     ),
     ("linear elastic", Law::LinearElastic { shear: 1.0 }, 1.2),
     (
+        "Gent",
+        Law::Gent {
+            shear: 1.0,
+            limit: GENT,
+        },
+        2.0,
+    ),
+    (
         "Gent, as a function",
         Law::Energy(EnergyFunction::new(gent)),
         2.0,
@@ -73,6 +81,9 @@ fn principal_stress(law: &Law, stretches: [f64; 3], axis: usize) -> f64 {
         }
         Law::Ogden { terms } => terms.iter().map(|t| t.modulus * l.powf(t.exponent)).sum(),
         Law::LinearElastic { shear } => shear * l * l * (l * l - first / 3.0),
+        Law::Gent { shear, limit } => {
+            invariants(0.5 * shear * limit / (limit - (first - 3.0)), 0.0)
+        }
         // Gent's is the only one.
         Law::Energy(_) => invariants(0.5 * GENT / (GENT - (first - 3.0)), 0.0),
     }

@@ -31,12 +31,14 @@ if TYPE_CHECKING:
 __all__ = [
     "Capacitance",
     "Closure",
+    "Gent",
     "Laplace",
     "LinearElastic",
     "Mesh",
     "MooneyRivlin",
     "Problem",
     "Resistance",
+    "Solid",
     "VoidCell",
     "VoidStudy",
     "Yeoh",
@@ -75,6 +77,21 @@ class Yeoh:
 
 
 @dataclass(frozen=True)
+class Gent:
+    """The solid ``W = -shear limit / 2 ln(1 - (I1 - 3) / limit)`` (Gent 1996), which ends at ``I1 - 3 = limit``."""
+
+    #: Shear modulus, a pressure.
+    shear: float
+    #: Limit of ``I1 - 3``.
+    limit: float
+    #: Bulk modulus, a pressure; None for a solid that keeps its volume.
+    bulk: float | None = None
+
+    def _solid(self) -> _Solid:
+        return "gent", [self.shear, self.limit], self.bulk
+
+
+@dataclass(frozen=True)
 class LinearElastic:
     """A stiff part: linear elasticity at small strain and at any rotation (Saint Venant and Kirchhoff)."""
 
@@ -87,6 +104,10 @@ class LinearElastic:
         shear = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
         room = 1 - 2 * self.poissons_ratio
         return "linear_elastic", [shear], None if room == 0 else self.youngs_modulus / (3 * room)
+
+
+#: A solid of a body.
+Solid = MooneyRivlin | Yeoh | Gent | LinearElastic
 
 
 @dataclass(frozen=True)
@@ -262,7 +283,7 @@ class Problem:
     Args:
         mesh: The undeformed body.
         materials: A solid, or name of each region to its solid: :class:`MooneyRivlin`,
-            :class:`Yeoh`, :class:`LinearElastic`.
+            :class:`Yeoh`, :class:`Gent`, :class:`LinearElastic`.
         kinematics: ``"plane_strain"`` (default in a plane), ``"axisymmetric"`` (x is the radius) or
             ``"solid"`` (default in space).
 
@@ -273,7 +294,7 @@ class Problem:
     def __init__(
         self,
         mesh: Mesh,
-        materials: MooneyRivlin | Yeoh | LinearElastic | Mapping[str, MooneyRivlin | Yeoh | LinearElastic],
+        materials: Solid | Mapping[str, Solid],
         *,
         kinematics: str | None = None,
     ) -> None:
@@ -393,7 +414,7 @@ def _component(name: str) -> int:
 
 def _problem_of(
     mesh: Mesh,
-    materials: dict[str, MooneyRivlin | Yeoh | LinearElastic],
+    materials: dict[str, Solid],
     kinematics: str,
     supports: list[tuple[str, int, str | None]],
     pressures: list[tuple[str, str]],
