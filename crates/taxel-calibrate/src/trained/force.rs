@@ -7,8 +7,8 @@ use super::{failed, sessions, weighed};
 use crate::outcome::{ModelComparison, Outcome, ResidualSummary, Scope};
 use crate::remark::Remark;
 use crate::training::{
-    CONTACT_SHARE, Candidate, DELAY_READINGS, HeldOut, NORMAL_95, Quick, ScaleClock, Series,
-    Session, TrainedForces, WITHIN_ANOTHER, delay_of_scale, maps_of, train_forces,
+    CONTACT_SHARE, Candidate, DELAY_READINGS, HeldOutReadings, NORMAL_95, Quick, ScaleClock,
+    Series, Session, TrainedForces, WITHIN_ANOTHER, delay_of_scale, maps_of, train_forces,
 };
 use taxel::InputError;
 use taxel::electronics::times_in_another_unit;
@@ -231,7 +231,7 @@ fn presses(runs: &[Session]) -> usize {
 }
 
 /// Standard deviation of the forces that were held out, N.
-fn spread(held_out: &HeldOut) -> f64 {
+fn spread(held_out: &HeldOutReadings) -> f64 {
     let errors = held_out.estimates.iter().zip(&held_out.errors);
     let truth: Vec<f64> = errors.map(|(estimate, error)| estimate - error).collect();
     let mean = truth.iter().sum::<f64>() / truth.len().max(1) as f64;
@@ -382,7 +382,7 @@ fn join(text: &mut String, more: &str) {
 }
 
 /// Truth, estimate and interval over time of the last run, and the error over the force.
-fn figure(held_out: &HeldOut, runs: usize) -> Figure {
+fn figure(held_out: &HeldOutReadings, runs: usize) -> Figure {
     let begin = held_out.runs.partition_point(|run| *run + 1 < runs);
     let rows = begin..held_out.runs.len();
     let start = held_out.times.get(begin).copied().unwrap_or(0.0);

@@ -14,8 +14,9 @@ use taxel::trained::{
     TrainedMaps, TrainingError,
 };
 
-use super::design::{Candidate, HeldOut, error_law};
-use super::force::{Fold, LearnedForces, Quick, learn};
+use super::design::{Candidate, HeldOutReadings, error_law};
+use super::fold::Fold;
+use super::force::{LearnedForces, Quick, learn};
 use super::next_run::{self, USUAL};
 use super::{Series, Session, rest_of, trained_relation};
 
@@ -76,7 +77,7 @@ pub struct TrainedForces {
     /// Of the pressing force, then of each component, what the maps mix.
     pub candidates: Vec<Vec<Candidate>>,
     /// Of each what was held out, with the deviations that are stated.
-    pub held_out: Vec<HeldOut>,
+    pub held_out: Vec<HeldOutReadings>,
     /// Root mean square of the errors of the pressing force on the readings of training, replayed as live, N.
     pub replayed: f64,
 }
@@ -142,16 +143,16 @@ pub fn train_forces(
 ) -> Result<TrainedForces, TrainingError> {
     let about = (offset, tared);
     let all = Learned::of(runs, None, about)?;
-    let parts: Vec<Vec<HeldOut>> = Fold::all(runs)
+    let parts: Vec<Vec<HeldOutReadings>> = Fold::all(runs)
         .par_iter()
         .map(|fold| {
             let learned = Learned::of(runs, Some(fold), about)?;
             judged(runs, fold, &learned, maps_of(&all.forces.map).len())
         })
         .collect::<Result<_, TrainingError>>()?;
-    let mut held_out: Vec<HeldOut> = Vec::new();
+    let mut held_out: Vec<HeldOutReadings> = Vec::new();
     for part in parts {
-        held_out.resize_with(part.len(), HeldOut::default);
+        held_out.resize_with(part.len(), HeldOutReadings::default);
         for (all, own) in held_out.iter_mut().zip(part) {
             all.append(own);
         }
@@ -175,7 +176,7 @@ pub fn train_forces(
 }
 
 /// Gives a map the deviations that held-out readings ask for, and these their own.
-fn widen(map: &mut MixedMap, held_out: &mut HeldOut, runs: usize) {
+fn widen(map: &mut MixedMap, held_out: &mut HeldOutReadings, runs: usize) {
     let (lines, rest) = if runs > 1 {
         split(held_out, runs)
     } else {
@@ -203,7 +204,7 @@ fn judged(
     fold: &Fold,
     learned: &Learned,
     count: usize,
-) -> Result<Vec<HeldOut>, TrainingError> {
+) -> Result<Vec<HeldOutReadings>, TrainingError> {
     let run = &runs[fold.run];
     let map = &learned.forces.map;
     let maps = maps_of(map);
@@ -232,7 +233,7 @@ fn judged(
             found: 0,
             needed: 2,
         })?;
-    let mut found = vec![HeldOut::default(); count];
+    let mut found = vec![HeldOutReadings::default(); count];
     for (number, (component, own)) in maps.iter().enumerate() {
         let readings = match component {
             None => run.force.as_ref(),
@@ -404,7 +405,7 @@ pub fn delay_of_scale(runs: &[Session]) -> Result<f64, TrainingError> {
 
 /// Lines through the errors of each run, and what is left of the errors without what the lines of
 /// the runs differ by.
-fn split(held_out: &HeldOut, runs: usize) -> (Vec<Line>, Vec<f64>) {
+fn split(held_out: &HeldOutReadings, runs: usize) -> (Vec<Line>, Vec<f64>) {
     let lines: Vec<Line> = (0..runs)
         .map(|run| {
             let rows = || (0..held_out.runs.len()).filter(|i| held_out.runs[*i] == run);

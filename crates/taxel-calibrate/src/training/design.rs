@@ -7,10 +7,9 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 use taxel::trained::{Block, ErrorLaw, FeatureLaw, MemberMap, TrainingError};
 
+use super::fold::BLOCKS;
 use super::{Score, interval_factor};
 
-/// Blocks of the only run.
-pub(super) const BLOCKS: usize = 5;
 /// Priors that are tried first; then the neighbours of the best.
 const PRIORS: [f64; 3] = [1e-2, 1.0, 1e2];
 const NEIGHBOUR: f64 = 10.0;
@@ -26,7 +25,7 @@ pub(super) type Form = (usize, &'static [Block]);
 
 /// Held-out estimates in the order of runs and time.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct HeldOut {
+pub struct HeldOutReadings {
     /// Number of the run of each.
     pub runs: Vec<usize>,
     /// Time, s.
@@ -43,7 +42,7 @@ pub struct HeldOut {
     pub deviations: Vec<f64>,
 }
 
-impl HeldOut {
+impl HeldOutReadings {
     pub(crate) fn push(
         &mut self,
         run: usize,
@@ -95,7 +94,7 @@ pub(super) struct Mixture {
     /// Share of the map beside them.
     pub(super) beside: f64,
     pub(super) candidates: Vec<Candidate>,
-    pub(super) held_out: HeldOut,
+    pub(super) held_out: HeldOutReadings,
     /// Least and largest reading.
     pub(super) range: [f64; 2],
 }
@@ -294,7 +293,7 @@ impl Design {
             simplex(&all, &kept(&targets))
         };
         // The shares, too, have not seen what they are judged by.
-        let mut held_out = HeldOut::default();
+        let mut held_out = HeldOutReadings::default();
         for (group, target) in targets.iter().enumerate() {
             let shares = shares_without(Some(group));
             for (row, truth) in target.iter().enumerate() {
@@ -601,7 +600,7 @@ fn simplex(members: &[Vec<f64>], truth: &[f64]) -> Vec<f64> {
 
 /// Weights that are not below zero of |error| as a sum of a constant, the size of the estimate and the
 /// difference of the maps, of which 1.96 hold 95 % of `errors`; what live adds is taken off first.
-pub(crate) fn error_law(found: &HeldOut, errors: &[f64]) -> ErrorLaw {
+pub(crate) fn error_law(found: &HeldOutReadings, errors: &[f64]) -> ErrorLaw {
     let count = errors.len();
     let mean =
         |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;

@@ -4,8 +4,6 @@
 //! held-out groups of readings best; the shares of the maps are those of the convex mixture that does. Groups
 //! are whole runs, or blocks of the only one. Settling scales, directions and centres takes readings alone.
 
-use std::ops::Range;
-
 use faer::Mat;
 use taxel::trained::{
     BetweenRuns, Block, Component, ComponentMap, ErrorLaw, FeatureStream, ForceMap, MixedMap, SLOW,
@@ -13,7 +11,8 @@ use taxel::trained::{
 };
 
 use super::Session;
-use super::design::{BLOCKS, Candidate, Design, Form, Mixture, Solver, error_law};
+use super::design::{Candidate, Design, Form, Mixture, Solver, error_law};
+use super::fold::Fold;
 use super::law::{apart, law_of};
 
 /// Readings that a map learns from at most: more teach little, and time and memory grow with them.
@@ -69,51 +68,6 @@ const FORMS: [Form; 7] = [
         ],
     ),
 ];
-
-/// What is left out of a training: a time of a run, or all of it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Fold {
-    pub(crate) run: usize,
-    /// From a time until before another, s.
-    pub(crate) times: Range<f64>,
-}
-
-impl Fold {
-    /// True if it has the reading or frame of a run at a time, s.
-    pub(crate) fn has(&self, run: usize, time: f64) -> bool {
-        self.run == run && self.times.contains(&time)
-    }
-
-    /// All folds: whole runs, or blocks of equal numbers of readings of the only one.
-    pub(crate) fn all(runs: &[Session]) -> Vec<Self> {
-        let times = match runs {
-            [one] => one
-                .force
-                .iter()
-                .flat_map(|force| force.times())
-                .copied()
-                .collect(),
-            _ => Vec::new(),
-        };
-        if times.is_empty() {
-            let whole = |run| Self {
-                run,
-                times: f64::NEG_INFINITY..f64::INFINITY,
-            };
-            return (0..runs.len()).map(whole).collect();
-        }
-        let begin = |block: usize| match block {
-            0 => f64::NEG_INFINITY,
-            BLOCKS => f64::INFINITY,
-            block => times[block * times.len() / BLOCKS],
-        };
-        let block = |block| Self {
-            run: 0,
-            times: begin(block)..begin(block + 1),
-        };
-        (0..BLOCKS).map(block).collect()
-    }
-}
 
 /// Maps that were learned of runs, without what is left out.
 #[derive(Debug, Clone)]

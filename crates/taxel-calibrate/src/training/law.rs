@@ -5,8 +5,7 @@ use taxel::trained::{FeatureLaw, SLOW, SUMS, Standard, TrainingError};
 use taxel_numerics::split_mix;
 
 use super::Session;
-use super::design::BLOCKS;
-use super::force::Fold;
+use super::fold::{BLOCKS, Fold};
 
 /// Times of the memory that are tried, s, if what is held out lasts this many times as long: slower creep is drift.
 const TIMES: [f64; 6] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0];

@@ -8,6 +8,7 @@
 mod across;
 mod blocks;
 mod design;
+mod fold;
 mod force;
 mod law;
 mod next_run;
@@ -22,7 +23,7 @@ mod session;
 pub(crate) use across::{REST_FRAMES, WITHIN_ANOTHER, maps_of};
 pub use across::{TrainedForces, delay_of_scale, train_forces};
 pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
-pub use design::{Candidate, HeldOut};
+pub use design::{Candidate, HeldOutReadings};
 pub use force::LearnedForces;
 pub(crate) use force::{DELAY_READINGS, Quick};
 pub(crate) use place::{TrainedPlace, train_place};

@@ -6,7 +6,7 @@ use taxel::trained::{
 };
 use taxel_numerics::dense::long_dot;
 
-use super::design::{Design, Form, HeldOut, Mixture, error_law};
+use super::design::{Design, Form, HeldOutReadings, Mixture, error_law};
 use super::force::{MARGIN, interpolated};
 use super::law::{law_of_rows, scale_of};
 use super::{NORMAL_95, Session, interval_factor};
@@ -52,7 +52,7 @@ const USUAL: f64 = 0.15;
 /// A mixture of maps of places, with what was held out of x and of y, m.
 pub(crate) struct TrainedPlace {
     pub(crate) map: PlaceMap,
-    pub(crate) held_out: [HeldOut; 2],
+    pub(crate) held_out: [HeldOutReadings; 2],
 }
 
 /// Trains on `readings`: for each run times and places, m, of contacts. Each run begins without one.
@@ -161,7 +161,7 @@ pub(crate) fn train_place(
             rows.map(|row| others.place(&along[row])).collect()
         })
         .collect();
-    let axis = |axis: usize| -> Result<(AxisMap, HeldOut), TrainingError> {
+    let axis = |axis: usize| -> Result<(AxisMap, HeldOutReadings), TrainingError> {
         let coordinates = |run: &Vec<(f64, [f64; 2])>| {
             run.iter()
                 .map(|(time, place)| [*time, place[axis]])
@@ -230,7 +230,7 @@ pub(crate) fn train_place(
 }
 
 /// Factor on the deviations for a further run: runs differ in how far places are off.
-fn wider(found: &HeldOut, deviation: impl Fn(f64, f64) -> f64) -> f64 {
+fn wider(found: &HeldOutReadings, deviation: impl Fn(f64, f64) -> f64) -> f64 {
     let groups = found.runs.chunk_by(|a, b| a == b);
     let mut begin = 0;
     let mut ratios = Vec::new();

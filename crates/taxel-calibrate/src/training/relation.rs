@@ -4,7 +4,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 use taxel::trained::{CONTRADICTS, Relation, Standard, TrainingError};
 
-use super::force::Fold;
+use super::fold::Fold;
 use super::{Session, blocks_of_time};
 
 /// Rows that a relation is learned from at most; more teach it nothing.
