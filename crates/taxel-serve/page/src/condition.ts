@@ -1,6 +1,6 @@
 // The condition of each channel: a map of the taxels, and in words what is against them.
 
-import { create, cssValue } from "./dom";
+import { create, cssValue, setText } from "./dom";
 import { seconds } from "./format";
 import type { Cell, PanelListener } from "./panel";
 import type { Health, Hello, WrongChannel } from "./protocol";
@@ -23,6 +23,7 @@ export class ConditionView {
   private readonly summary = create("p", { class: "summary", "data-testid": "condition-summary" });
   private size = { rows: 1, columns: 1 };
   private health = NOTHING;
+  private current = false;
   /** What is against each taxel. */
   private readonly against = new Map<number, WrongChannel[]>();
 
@@ -46,7 +47,7 @@ export class ConditionView {
     for (const wrong of health.wrong) {
       for (const taxel of wrong.taxels) this.against.set(taxel, [...(this.against.get(taxel) ?? []), wrong]);
     }
-    this.summary.textContent = this.inWords();
+    this.show();
     const items = health.wrong.map(({ name, reason, since_ns: since }) =>
       create("li", {}, create("b", {}, name), ` ${reason}, since ${seconds(since)}`),
     );
@@ -55,6 +56,16 @@ export class ConditionView {
       items.unshift(create("li", {}, create("b", {}, this.place(taxel)), ` channels changed places: ${which}`));
     }
     this.list.replaceChildren(...items);
+  }
+
+  /** Whether frames show how the channels are. */
+  setCurrent(current: boolean): void {
+    this.current = current;
+    this.show();
+  }
+
+  private show(): void {
+    setText(this.summary, this.inWords());
     this.draw();
   }
 
@@ -88,12 +99,14 @@ export class ConditionView {
     if (context === null) return;
     const cell = side * scale;
     const gap = side > 6 ? scale : 0;
+    const unsaid = this.current && this.health.channels > 0 ? "--well" : "--none";
+    this.canvas.dataset["unsaid"] = unsaid;
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.font = `700 ${0.62 * cell}px ${cssValue("--font")}`;
     for (let taxel = 0; taxel < rows * columns; taxel++) {
       const [x, y] = [(taxel % columns) * cell, Math.floor(taxel / columns) * cell];
-      const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", "--well"];
+      const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", unsaid];
       context.fillStyle = cssValue(colour);
       context.fillRect(x, y, cell - gap, cell - gap);
       if (letter === "" || side < 10) continue;
@@ -106,9 +119,10 @@ export class ConditionView {
     const { channels, wrong, wrong_channels: count, repeated } = this.health;
     const again = repeated === 0 ? "" : ` ${repeated} frames were sent again and not used.`;
     if (channels === 0) return "Not known yet: no frame has come.";
-    if (count === 0) return `Nothing is against any of ${channels} channels.${again}`;
+    const before = this.current ? "" : "Not known now: no frames come. In the last one: ";
+    if (count === 0) return `${before}Nothing is against any of ${channels} channels.${again}`;
     const more = count > wrong.length ? `, the first ${wrong.length}` : "";
-    return `Something is against ${count} of ${channels} channels${more}.${again}`;
+    return `${before}Something is against ${count} of ${channels} channels${more}.${again}`;
   }
 
   private place(taxel: number): string {

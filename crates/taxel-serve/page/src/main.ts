@@ -11,7 +11,7 @@ import { taxelName } from "./inspect";
 import { Journal, type Tab } from "./journal";
 import { Legend } from "./legend";
 import type { LinkState, Socket } from "./link";
-import { boardLinkInWords, linkInWords, linkState } from "./link";
+import { boardLinkInWords, isCurrent, linkInWords, linkState } from "./link";
 import { MarkDialog } from "./mark";
 import { NowView } from "./now";
 import type { Cell, PanelListener } from "./panel";
@@ -226,6 +226,7 @@ function begin(message: Hello): void {
     time.choose();
   };
   table.showChosen();
+  table.setCurrent(isCurrent(link));
   help.takeLegend(legend);
   const listed = now.subject === "channels";
   const skin = listed ? null : new SkinView(message, quantities, () => store.rest, panelListener, [drawing.button]);
@@ -298,7 +299,7 @@ function draw(): void {
   textDrawnAt = now;
   const { rows, columns } = hello;
   const device = hello;
-  views.now.show(frame, now, ["stale", "disconnected", "refused"].includes(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  views.now.show(frame, now, !isCurrent(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
   if (rows * columns === 1) inspect(frame, { row: 0, column: 0 });
   else if (selected === null) journal.inspector.clear();
   else inspect(frame, selected);
@@ -341,6 +342,8 @@ function updateLink(): void {
   hooks.badgeChangedAt = now;
   setText(byId("badge"), state);
   document.body.dataset["state"] = state;
+  journal.condition.setCurrent(isCurrent(state));
+  views?.table.setCurrent(isCurrent(state));
   requestDrawing(true);
   const words = linkInWords(state, Number.POSITIVE_INFINITY, hello !== null);
   setText(byId("announce-state"), words === "" ? state : `${state}: ${words}`);
