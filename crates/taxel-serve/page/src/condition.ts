@@ -2,6 +2,7 @@
 
 import { create, cssValue, setText } from "./dom";
 import { seconds } from "./format";
+import { taxelName } from "./inspect";
 import type { Cell, PanelListener } from "./panel";
 import type { Health, Hello, WrongChannel } from "./protocol";
 
@@ -21,7 +22,7 @@ export class ConditionView {
   private readonly canvas: HTMLCanvasElement;
   private readonly list = create("ul", { class: "wrong", "data-testid": "wrong" });
   private readonly summary = create("p", { class: "summary", "data-testid": "condition-summary" });
-  private size = { rows: 1, columns: 1 };
+  private device: Pick<Hello, "rows" | "columns" | "wiring" | "channels"> = { rows: 1, columns: 1, wiring: { kind: "shared" }, channels: [] };
   private health = NOTHING;
   private current = false;
   /** What is against each taxel. */
@@ -36,8 +37,8 @@ export class ConditionView {
     this.root = create("div", { class: "condition-view", "data-testid": "condition-view" }, this.canvas, words);
   }
 
-  greet({ rows, columns }: Hello): void {
-    this.size = { rows, columns };
+  greet(hello: Hello): void {
+    this.device = hello;
     this.take(NOTHING);
   }
 
@@ -53,7 +54,7 @@ export class ConditionView {
     );
     for (const { taxel, pairs } of health.swapped) {
       const which = pairs.map(([one, other]) => `${one} and ${other}`).join(", or ");
-      items.unshift(create("li", {}, create("b", {}, this.place(taxel)), ` channels changed places: ${which}`));
+      items.unshift(create("li", {}, create("b", {}, this.nameOf(taxel)), ` channels changed places: ${which}`));
     }
     this.list.replaceChildren(...items);
   }
@@ -90,7 +91,7 @@ export class ConditionView {
   draw(): void {
     const context = this.canvas.getContext("2d");
     const scale = devicePixelRatio;
-    const { rows, columns } = this.size;
+    const { rows, columns } = this.device;
     const side = Math.max(3, Math.min(26, Math.floor(120 / Math.max(rows, columns))));
     this.canvas.style.width = `${side * columns}px`;
     this.canvas.style.height = `${side * rows}px`;
@@ -119,22 +120,24 @@ export class ConditionView {
     const { channels, wrong, wrong_channels: count, repeated } = this.health;
     const again = repeated === 0 ? "" : ` ${repeated} frames were sent again and not used.`;
     if (channels === 0) return "Not known yet: no frame has come.";
-    const before = this.current ? "" : "Not known now: no frames come. In the last one: ";
-    if (count === 0) return `${before}Nothing is against any of ${channels} channels.${again}`;
+    const said = this.current ? "" : "No frames come. In the last one ";
+    const [verb, none, some] = this.current ? ["is", "Nothing", "Something"] : ["was", "nothing", "something"];
+    if (count === 0) return `${said}${none} ${verb} against any of ${channels} channels.${again}`;
     const more = count > wrong.length ? `, the first ${wrong.length}` : "";
-    return `${before}Something is against ${count} of ${channels} channels${more}.${again}`;
+    return `${said}${some} ${verb} against ${count} of ${channels} channels${more}.${again}`;
   }
 
-  private place(taxel: number): string {
-    return `r${Math.floor(taxel / this.size.columns)}c${taxel % this.size.columns}`;
+  private nameOf(taxel: number): string {
+    const { columns } = this.device;
+    return taxelName(this.device, { row: Math.floor(taxel / columns), column: taxel % columns });
   }
 
   private cellAt(event: PointerEvent): Cell {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const at = (place: number, count: number): number => Math.min(count - 1, Math.max(0, Math.floor(place * count)));
     return {
-      row: at((event.clientY - top) / height, this.size.rows),
-      column: at((event.clientX - left) / width, this.size.columns),
+      row: at((event.clientY - top) / height, this.device.rows),
+      column: at((event.clientX - left) / width, this.device.columns),
     };
   }
 }

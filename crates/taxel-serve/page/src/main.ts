@@ -4,7 +4,7 @@ import { ChannelStore, ChannelTable } from "./channels";
 import { Connection } from "./connection";
 import { byId, create, setText } from "./dom";
 import { Drawing } from "./drawing";
-import { belowZeroInWords, tareInWords } from "./format";
+import { belowZeroInWords, durationInWords, tareInWords } from "./format";
 import { Help } from "./help";
 import { LastSecond } from "./history";
 import { taxelName } from "./inspect";
@@ -292,7 +292,7 @@ function draw(): void {
   if (frame === newest) hooks.onDrawn?.(frame.header, hooks.lastFrameAt);
   if (!paused && now - stripDrawnAt > STRIP_PERIOD) {
     stripDrawnAt = now;
-    views.time.draw(now);
+    views.time.draw(now, link === "live");
   }
   views.table.draw(frame, now);
   if (now - textDrawnAt <= TEXT_PERIOD) return;
@@ -358,7 +358,7 @@ function updateTare(): void {
   tare.setAttribute("aria-disabled", String(!open || state === "running"));
   const since = (newest?.header.time ?? Number.NaN) - (status?.tare_time_ns ?? Number.NaN) / 1e9;
   setText(byId("tare-state"), tareInWords(state));
-  byId("tare-state").title = state === "done" && since >= 1 ? `Tared ${duration(since)} ago` : "";
+  byId("tare-state").title = state === "done" && since >= 1 ? `Tared ${durationInWords(since)} ago` : "";
   byId("tare-state").dataset["state"] = state;
 }
 
@@ -376,11 +376,6 @@ function updateCondition(): void {
   const chip = byId("condition");
   setText(chip, brief);
   chip.hidden = brief === "";
-}
-
-function duration(seconds: number): string {
-  if (seconds < 120) return `${Math.floor(seconds)} s`;
-  return seconds < 7200 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
 }
 
 /** The last notice of the server, or what the page itself did not understand. */

@@ -342,7 +342,7 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
 test("without frames no channel is called well: before the first, after the last, behind a garbled link", async (context) => {
   const cases = [
     { server: ["--outage", "0:60"], badge: "stale", words: "Not known yet: no frame has come." },
-    { server: ["--outage", "2:60"], badge: "stale", words: "Not known now: no frames come. In the last one: Nothing is against any of 256 channels." },
+    { server: ["--outage", "2:60"], badge: "stale", words: "No frames come. In the last one nothing was against any of 256 channels." },
   ].map(({ server, ...seen }) => ({ ...seen, command: process.execPath, server: [join(tests, "mock-server.mjs"), ...server] }));
   if (!mock) {
     // Lines of a program are no packets of this board.
@@ -358,7 +358,7 @@ test("without frames no channel is called well: before the first, after the last
     await byTestId(tab, "condition-summary").getByText(words, { exact: true }).waitFor();
     assert.equal(await byTestId(tab, "condition-map").getAttribute("data-unsaid"), "--none");
     await byTestId(tab, "tab-channels").click();
-    if (words.startsWith("Not known now")) await byTestId(tab, "channels").getByText("not known", { exact: true }).first().waitFor();
+    if (words.startsWith("No frames come")) await byTestId(tab, "channels").getByText("not known", { exact: true }).first().waitFor();
     assert.equal(await byTestId(tab, "channels").getByText("ok", { exact: true }).count(), 0);
     if (link !== undefined) await tab.waitForFunction((source) => new RegExp(source).test(document.querySelector("[data-testid=badge-detail]").innerText), link.source);
     assert.deepEqual(complaints, []);
