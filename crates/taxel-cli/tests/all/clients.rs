@@ -173,9 +173,9 @@ fn a_client_hears_of_nothing_that_is_well_before_it_is() {
     let mut open = OPEN.to_owned();
     for taxel in 0..64 {
         let (row, column) = (taxel / 8, taxel % 8);
-        open += &format!(
-            "[[fault]]\nchannel = {{ taxel = [{row}, {column}] }}\nreads = \"dead\"\nfrom = \"0 s\"\nto = \"60 s\"\n"
-        );
+        let fault = format!("[[fault]]\nchannel = {{ taxel = [{row}, {column}] }}\n");
+        open.push_str(&fault);
+        open.push_str("reads = \"dead\"\nfrom = \"0 s\"\nto = \"60 s\"\n");
     }
     let script = folder.path("open.toml");
     fs::write(&script, open).unwrap();
