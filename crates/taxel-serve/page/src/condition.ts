@@ -4,7 +4,7 @@ import { create, cssValue, setText } from "./dom";
 import { seconds } from "./format";
 import { taxelName } from "./inspect";
 import type { Cell, PanelListener } from "./panel";
-import type { Health, Hello, WrongChannel } from "./protocol";
+import type { Frame, Health, Hello, WrongChannel } from "./protocol";
 
 /** Colours of the conditions, by name; each has a letter too, so that none depends on colour alone. */
 const SIGNS: Record<string, [letter: string, colour: string]> = {
@@ -22,7 +22,9 @@ export class ConditionView {
   private readonly canvas: HTMLCanvasElement;
   private readonly list = create("ul", { class: "wrong", "data-testid": "wrong" });
   private readonly summary = create("p", { class: "summary", "data-testid": "condition-summary" });
-  private device: Pick<Hello, "rows" | "columns" | "wiring" | "channels"> = { rows: 1, columns: 1, wiring: { kind: "shared" }, channels: [] };
+  private device: Pick<Hello, "rows" | "columns" | "wiring" | "channels" | "states"> = { rows: 1, columns: 1, wiring: { kind: "shared" }, channels: [], states: [] };
+  /** Taxels that are not used. */
+  private masked: number[] = [];
   private health = NOTHING;
   private current = false;
   /** What is against each taxel. */
@@ -57,6 +59,15 @@ export class ConditionView {
       items.unshift(create("li", {}, create("b", {}, this.nameOf(taxel)), ` channels changed places: ${which}`));
     }
     this.list.replaceChildren(...items);
+  }
+
+  /** Takes the states of the taxels: of one that is not used nothing is known. */
+  takeStates(states: Frame["state"]): void {
+    const code = this.device.states.indexOf("masked");
+    const masked = [...states.keys()].filter((taxel) => states[taxel] === code);
+    if (masked.join() === this.masked.join()) return;
+    this.masked = masked;
+    this.draw();
   }
 
   /** Whether frames show how the channels are. */
@@ -102,12 +113,13 @@ export class ConditionView {
     const gap = side > 6 ? scale : 0;
     const unsaid = this.current && this.health.channels > 0 ? "--well" : "--none";
     this.canvas.dataset["unsaid"] = unsaid;
+    this.canvas.dataset["masked"] = this.masked.join();
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.font = `700 ${0.62 * cell}px ${cssValue("--font")}`;
     for (let taxel = 0; taxel < rows * columns; taxel++) {
       const [x, y] = [(taxel % columns) * cell, Math.floor(taxel / columns) * cell];
-      const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", unsaid];
+      const [letter, colour] = SIGNS[this.against.get(taxel)?.[0]?.condition ?? ""] ?? ["", this.masked.includes(taxel) ? "--none" : unsaid];
       context.fillStyle = cssValue(colour);
       context.fillRect(x, y, cell - gap, cell - gap);
       if (letter === "" || side < 10) continue;

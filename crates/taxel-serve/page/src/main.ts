@@ -300,6 +300,7 @@ function draw(): void {
   const { rows, columns } = hello;
   const device = hello;
   views.now.show(frame, now, !isCurrent(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  journal.condition.takeStates(frame.state);
   if (rows * columns === 1) inspect(frame, { row: 0, column: 0 });
   else if (selected === null) journal.inspector.clear();
   else inspect(frame, selected);
