@@ -1024,8 +1024,10 @@ pub(crate) struct Import {
 
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// Recording of taxel live --record, or a file of another program
-    pub(crate) file: PathBuf,
+    /// Recordings of taxel live --record, such as those of the sensors of one run, or files of
+    /// other programs
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,

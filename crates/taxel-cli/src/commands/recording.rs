@@ -263,41 +263,76 @@ impl Survey {
     }
 }
 
+/// What is known of a file, and whether it is whole.
+struct Inspected {
+    fields: Map<String, Value>,
+    whole: bool,
+}
+
 fn inspect(arguments: &Inspect) -> Result<Done, Stop> {
-    if let Some(done) = import::inspect(arguments)? {
-        return Ok(done);
-    }
-    let survey = survey(&arguments.file)?;
-    let fields = survey.fields(&arguments.file);
-    print_fields(fields, arguments.format)?;
-    Ok(if survey.well() {
+    let inspected = arguments.files.iter().map(|file| {
+        if let Some(foreign) = import::inspect(file, arguments.format)? {
+            return Ok(foreign);
+        }
+        let survey = survey(file)?;
+        Ok(Inspected {
+            fields: survey.fields(file),
+            whole: survey.well(),
+        })
+    });
+    let inspected: Vec<_> = inspected.collect::<Result<_, Stop>>()?;
+    outputs::print(&in_format(&inspected, arguments.format))?;
+    Ok(if inspected.iter().all(|file| file.whole) {
         Done::Complete
     } else {
         Done::WithLosses
     })
 }
 
-/// Facts one below the other, or as a row.
-fn print_fields(fields: Map<String, Value>, format: Format) -> Result<(), Stop> {
+/// Facts one below the other, or a row for each file; in JSON an object, of several files a list.
+fn in_format(files: &[Inspected], format: Format) -> String {
     let plain = |value: &Value| match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
         value => value.to_string(),
     };
-    let text = match format {
-        Format::Json => table::json(&Value::Object(fields)),
-        Format::Csv => {
-            let columns: Vec<_> = fields.keys().map(table::Column::plain).collect();
-            let row = fields.values().map(|value| plain(value).into()).collect();
-            table::render(table::Format::Csv, &Map::new(), &columns, &[row])
+    let all = files.iter().map(|file| &file.fields);
+    match format {
+        Format::Json => {
+            let mut objects: Vec<_> = all.cloned().map(Value::Object).collect();
+            let one = objects.pop_if(|_| files.len() == 1);
+            table::json(&one.unwrap_or(Value::Array(objects)))
         }
-        Format::Table => fields
-            .iter()
-            .filter(|(_, value)| !value.is_null())
-            .map(|(key, value)| [&format!("{key:<24} "), &*plain(value), "\n"].concat())
-            .collect(),
-    };
-    outputs::print(&text).map(drop)
+        Format::Csv => {
+            let mut keys: Vec<&String> = Vec::new();
+            for key in all.clone().flat_map(Map::keys) {
+                if !keys.contains(&key) {
+                    keys.push(key);
+                }
+            }
+            let row = |fields: &Map<String, Value>| {
+                let text = |key| fields.get(key).map_or_else(String::new, plain);
+                keys.iter().map(|key| text(*key).into()).collect()
+            };
+            let columns: Vec<_> = keys.iter().copied().map(table::Column::plain).collect();
+            table::render(
+                table::Format::Csv,
+                &Map::new(),
+                &columns,
+                &all.map(row).collect::<Vec<_>>(),
+            )
+        }
+        Format::Table => {
+            let line = |(key, value): (&String, &Value)| match value {
+                Value::Null => String::new(),
+                value => format!("{key:<24} {}\n", plain(value)),
+            };
+            let files: Vec<String> = all
+                .map(|fields| fields.iter().map(line).collect())
+                .collect();
+            files.join("\n")
+        }
+    }
 }
 
 /// A file that is written.

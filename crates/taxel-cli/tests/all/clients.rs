@@ -245,6 +245,118 @@ fn a_client_records_the_second_of_two_sensors() {
     );
 }
 
+const FROM_THE_START: &str = r#"
+import json, sys, threading, time
+from taxel_live import TaxelLive
+with TaxelLive(sys.argv[1]) as live:
+    frames, begun = [], time.monotonic()
+    def read():
+        frames.extend(live.frames())
+    threading.Thread(target=read, daemon=True).start()
+    while time.monotonic() < begun + 20:
+        time.sleep(0.05)
+        state = ((live.status or {}).get("link") or {}).get("state")
+        wrong = (live.health or {}).get("wrong_channels", 0)
+        if state in ("absent", "garbled") and live.status["stale"] or wrong > 100:
+            break
+    names = live.hello["certainties"]
+    total = [names[frame.total_certainty] for frame in frames[-1:] if frame.zero_known]
+    print(json.dumps({"state": state, "stale": live.status["stale"], "frames": len(frames) > 0, "wrong": wrong,
+                      "health": live.health is not None, "tare": live.status["tare"], "total": total}))
+"#;
+
+/// All lines of the array are open from the start.
+const OPEN: &str = r#"
+schema = 1
+name = "open"
+duration = "60 s"
+"#;
+
+/// Without frames, behind a garbled link and with faulty channels nothing is called well: no
+/// condition, no zero, no exact total.
+#[test]
+fn a_client_hears_of_nothing_that_is_well_before_it_is() {
+    let folder = Folder::new("no-well");
+    let board = board::board(&folder);
+    let mut open = OPEN.to_owned();
+    for taxel in 0..64 {
+        let (row, column) = (taxel / 8, taxel % 8);
+        let fault = format!("[[fault]]\nchannel = {{ taxel = [{row}, {column}] }}\n");
+        open.push_str(&fault);
+        open.push_str("reads = \"dead\"\nfrom = \"0 s\"\nto = \"60 s\"\n");
+    }
+    let script = folder.path("open.toml");
+    fs::write(&script, open).unwrap();
+    let twin = format!("sim:{script}");
+    for (source, state, frames) in [
+        ("tcp:127.0.0.1:9", "absent".into(), false),
+        ("exec:yes", "garbled".into(), false),
+        (&*twin, Value::Null, true),
+    ] {
+        let mut arguments = vec!["live", "three-axis-8x8", "--port", "0", "--source", source];
+        if !frames {
+            arguments.extend(["--board", &board]);
+        }
+        let live = Beside::start(&arguments);
+        let Some(output) = interpreted("python3", &["-c", FROM_THE_START, &live.line]) else {
+            return;
+        };
+        let found = printed(&output);
+        assert_eq!(
+            (&found["state"], &found["frames"]),
+            (&state, &frames.into())
+        );
+        assert_eq!(found["stale"], !frames, "{source}: {found}");
+        assert_eq!(found["health"], frames, "{source}: {found}");
+        assert_eq!(found["wrong"], if frames { 256 } else { 0 }, "{found}");
+        assert_ne!(found["tare"], "done", "{source}: {found}");
+        assert!(!found["total"].to_string().contains("exact"), "{found}");
+    }
+}
+
+/// Of a trained array the hello states the area in which it was pressed.
+#[test]
+fn a_client_hears_where_an_array_was_trained() {
+    let folder = Folder::new("trained-area");
+    let lattice = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../taxel-recording/tests/recordings/lattice"
+    );
+    let run = folder.path("run");
+    fs::create_dir(&run).unwrap();
+    for name in ["sensor", "states"] {
+        fs::copy(
+            format!("{lattice}/position_{name}.csv"),
+            format!("{run}/{name}.csv"),
+        )
+        .unwrap();
+    }
+    let file = folder.path("c.toml");
+    crate::common::done(&["calibrate", "eflesh-lattice", &run, "-o", &file]);
+    let source = format!("replay:{run}/sensor.csv");
+    let live = [
+        "live",
+        "eflesh-lattice",
+        "--calibration",
+        &file,
+        "--source",
+        &source,
+    ];
+    let live = Beside::start(&[&live[..], &["--speed", "max", "--port", "0"]].concat());
+    let Some(output) = interpreted("python3", &["-c", AFTER_THE_END, &live.line]) else {
+        return;
+    };
+    // The stage pressed from 282 to 292 and from -105 to -95 mm, about the middle of the array.
+    let found = printed(&output)["trained"].clone();
+    for axis in 0..2 {
+        for (end, pressed) in [-5e-3, 5e-3].into_iter().enumerate() {
+            let stated = found[axis][end].as_f64().unwrap();
+            // Rounding of numbers that are written with all of their digits.
+            assert!((stated - pressed).abs() < 1e-12, "{found}");
+        }
+    }
+}
+
 const JAVASCRIPT: &str = r#"
 const { TaxelLive } = await import(process.argv[2]);
 let refused = false;

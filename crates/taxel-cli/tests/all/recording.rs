@@ -58,11 +58,43 @@ fn the_recordings_of_a_session_have_one_clock() {
         "0",
     ]);
     let ended = now();
-    let times = [1, 2].map(|place| {
-        let file = folder.path(&format!("hands-{place}.mcap"));
-        assert!(
-            done(&["recording", "inspect", &file]).contains("60"),
-            "{file}"
+    let files = [1, 2].map(|place| folder.path(&format!("hands-{place}.mcap")));
+    let both = |format| {
+        done(&[
+            "recording",
+            "inspect",
+            &files[0],
+            &files[1],
+            "--format",
+            format,
+        ])
+    };
+    let inspected: Value = serde_json::from_str(&both("json")).unwrap();
+    let found = |key: &str| [0, 1].map(|at| inspected[at][key].clone());
+    assert_eq!(found("file"), files.clone().map(Value::from));
+    assert_eq!(found("state"), ["whole"; 2].map(Value::from));
+    assert_eq!(found("frames"), [60; 2].map(Value::from));
+    assert_ne!(
+        inspected[0]["recorded_sensor"],
+        inspected[1]["recorded_sensor"]
+    );
+    // A row of each, and one list below the other.
+    assert_eq!(
+        both("csv")
+            .lines()
+            .filter(|line| line.contains("whole"))
+            .count(),
+        2
+    );
+    assert_eq!(both("table").matches("\n\nfile").count(), 1);
+    let times = files.map(|file| {
+        // The tables of a file are those of its own frames.
+        let tables = file.replace(".mcap", "-tables");
+        done(&["recording", "export", &file, "-o", &tables]);
+        let frames = fs::read_to_string(Path::new(&tables).join("raw.csv")).unwrap();
+        assert_eq!(
+            frames.lines().filter(|line| !line.starts_with('#')).count(),
+            61
         );
         let bytes = fs::read(&file).unwrap();
         let mut reader = McapReader::new(bytes.as_slice());

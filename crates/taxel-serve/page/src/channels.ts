@@ -88,6 +88,9 @@ export class ChannelStore {
   }
 }
 
+/** State of a channel that was well in the last frame, while none comes. */
+const NOT_KNOWN = "not known";
+
 const HEADS = ["chart", "name", "reading", "unit", "change", "noise", "state", "last 10 s"] as const;
 type Head = (typeof HEADS)[number];
 /** Heads that sort. */
@@ -117,6 +120,7 @@ export class ChannelTable {
   private sortedAt = Number.NEGATIVE_INFINITY;
   private readonly wrong = new Map<number, string>();
   private frame: Frame | null = null;
+  private current = true;
 
   constructor(hello: Hello, quantities: Quantities, store: ChannelStore) {
     this.hello = hello;
@@ -143,6 +147,9 @@ export class ChannelTable {
         const row = this.rows[Number((target as HTMLElement).dataset["channel"])];
         if (row !== undefined) row.visible = isIntersecting;
       }
+      // What comes into view is drawn also when no frame comes any more.
+      this.drawnAt = Number.NEGATIVE_INFINITY;
+      if (this.frame !== null) this.draw(this.frame, performance.now());
     });
     hello.channels.forEach((name, channel) => {
       const row = this.row(name, channel);
@@ -156,6 +163,12 @@ export class ChannelTable {
   takeHealth(health: Health): void {
     this.wrong.clear();
     for (const { channel, condition } of health.wrong) this.wrong.set(channel, condition);
+  }
+
+  /** Whether frames show how the channels are. */
+  setCurrent(current: boolean): void {
+    this.current = current;
+    this.drawnAt = Number.NEGATIVE_INFINITY;
   }
 
   /** Draws the rows that are seen; `now` in ms. */
@@ -180,7 +193,7 @@ export class ChannelTable {
       setText(cells.noise, Number.isFinite(noise) ? fixed(noise / per, decimals) : NONE);
       const state = this.stateOf(channel);
       setText(cells.state, state);
-      line.classList.toggle("bad", state !== "ok" && state !== "masked");
+      line.classList.toggle("bad", !["ok", "masked", NOT_KNOWN].includes(state));
       this.drawCurve(curve, channel);
     });
   }
@@ -212,7 +225,7 @@ export class ChannelTable {
 
   private stateOf(channel: number): string {
     const state = this.hello.channel_states[this.frame?.channelState[channel] ?? -1] ?? "";
-    return this.wrong.get(channel) ?? state;
+    return this.wrong.get(channel) ?? (this.current || state !== "ok" ? state : NOT_KNOWN);
   }
 
   private drawCurve(canvas: HTMLCanvasElement, channel: number): void {

@@ -35,6 +35,12 @@ export function seconds(timeNs: number): string {
   return `${fixed(timeNs / 1e9, 2)} s`;
 }
 
+/** A length of time, in the unit that fits it. */
+export function durationInWords(seconds: number): string {
+  const [size, unit] = seconds < 120 ? [1, "s"] : seconds < 7200 ? [60, "min"] : [3600, "h"];
+  return `${Number((seconds / size).toPrecision(2))} ${unit}`;
+}
+
 /** Time of day on the clock of this computer, such as 14:03; with seconds where they matter. */
 export function clockTime(unixSeconds: number, withSeconds = false): string {
   const date = new Date(1000 * unixSeconds);

@@ -10,7 +10,7 @@ import type { Quantities } from "./units";
 const AXES = ["x", "y", "z"] as const;
 
 /** A taxel by the name of its channel, or by its row and column where the channel is named after them. */
-export function taxelName({ wiring, channels, columns }: Hello, { row, column }: Cell): string {
+export function taxelName({ wiring, channels, columns }: Pick<Hello, "wiring" | "channels" | "columns">, { row, column }: Cell): string {
   const name = wiring.kind === "per_taxel" && wiring.channels === 1 ? (channels[row * columns + column] ?? "") : "";
   return name === "" || /^r\d+c\d+$/.test(name) ? `row ${row}, column ${column}` : name;
 }

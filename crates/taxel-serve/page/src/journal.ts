@@ -20,8 +20,6 @@ export class Journal {
   readonly inspector = new Inspector();
   readonly link = new LinkView();
   readonly events = new EventList();
-  /** Told of a tab that is opened. */
-  opened: (tab: Tab) => void = () => undefined;
   private readonly tares: TareList;
   private readonly buttons = new Map<Tab, HTMLButtonElement>();
   private readonly pages: Record<Tab, HTMLElement>;
@@ -109,7 +107,6 @@ export class Journal {
       button?.setAttribute("tabindex", chosen ? "0" : "-1");
     }
     if (tab === "condition") this.condition.draw();
-    this.opened(tab);
   }
 
   /** Opens a tab and brings it into view, for whoever asked for it elsewhere on the page. */

@@ -35,6 +35,11 @@ export function linkState({ socket, status, messageAge, frameAge, staleAfter }: 
   return frameAge > 1000 * staleAfter + MARGIN ? "stale" : "live";
 }
 
+/** Whether the last frame says how the sensor is: of what no frame shows, nothing is called well. */
+export function isCurrent(state: LinkState): boolean {
+  return ["live", "paused", "ended"].includes(state);
+}
+
 /** One sentence for people, beside the badge. */
 export function linkInWords(state: LinkState, frameAge: number, hadHello: boolean): string {
   switch (state) {

@@ -4,14 +4,14 @@ import { ChannelStore, ChannelTable } from "./channels";
 import { Connection } from "./connection";
 import { byId, create, setText } from "./dom";
 import { Drawing } from "./drawing";
-import { belowZeroInWords, tareInWords } from "./format";
+import { belowZeroInWords, durationInWords, tareInWords } from "./format";
 import { Help } from "./help";
 import { LastSecond } from "./history";
 import { taxelName } from "./inspect";
 import { Journal, type Tab } from "./journal";
 import { Legend } from "./legend";
 import type { LinkState, Socket } from "./link";
-import { boardLinkInWords, linkInWords, linkState } from "./link";
+import { boardLinkInWords, isCurrent, linkInWords, linkState } from "./link";
 import { MarkDialog } from "./mark";
 import { NowView } from "./now";
 import type { Cell, PanelListener } from "./panel";
@@ -226,6 +226,7 @@ function begin(message: Hello): void {
     time.choose();
   };
   table.showChosen();
+  table.setCurrent(isCurrent(link));
   help.takeLegend(legend);
   const listed = now.subject === "channels";
   const skin = listed ? null : new SkinView(message, quantities, () => store.rest, panelListener, [drawing.button]);
@@ -291,14 +292,15 @@ function draw(): void {
   if (frame === newest) hooks.onDrawn?.(frame.header, hooks.lastFrameAt);
   if (!paused && now - stripDrawnAt > STRIP_PERIOD) {
     stripDrawnAt = now;
-    views.time.draw(now);
+    views.time.draw(now, link === "live");
   }
   views.table.draw(frame, now);
   if (now - textDrawnAt <= TEXT_PERIOD) return;
   textDrawnAt = now;
   const { rows, columns } = hello;
   const device = hello;
-  views.now.show(frame, now, ["stale", "disconnected", "refused"].includes(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  views.now.show(frame, now, !isCurrent(link), views.store.chosen, (taxel) => taxelName(device, { row: Math.floor(taxel / columns), column: taxel % columns }));
+  journal.condition.takeStates(frame.state);
   if (rows * columns === 1) inspect(frame, { row: 0, column: 0 });
   else if (selected === null) journal.inspector.clear();
   else inspect(frame, selected);
@@ -341,6 +343,8 @@ function updateLink(): void {
   hooks.badgeChangedAt = now;
   setText(byId("badge"), state);
   document.body.dataset["state"] = state;
+  journal.condition.setCurrent(isCurrent(state));
+  views?.table.setCurrent(isCurrent(state));
   requestDrawing(true);
   const words = linkInWords(state, Number.POSITIVE_INFINITY, hello !== null);
   setText(byId("announce-state"), words === "" ? state : `${state}: ${words}`);
@@ -355,7 +359,7 @@ function updateTare(): void {
   tare.setAttribute("aria-disabled", String(!open || state === "running"));
   const since = (newest?.header.time ?? Number.NaN) - (status?.tare_time_ns ?? Number.NaN) / 1e9;
   setText(byId("tare-state"), tareInWords(state));
-  byId("tare-state").title = state === "done" && since >= 1 ? `Tared ${duration(since)} ago` : "";
+  byId("tare-state").title = state === "done" && since >= 1 ? `Tared ${durationInWords(since)} ago` : "";
   byId("tare-state").dataset["state"] = state;
 }
 
@@ -373,11 +377,6 @@ function updateCondition(): void {
   const chip = byId("condition");
   setText(chip, brief);
   chip.hidden = brief === "";
-}
-
-function duration(seconds: number): string {
-  if (seconds < 120) return `${Math.floor(seconds)} s`;
-  return seconds < 7200 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
 }
 
 /** The last notice of the server, or what the page itself did not understand. */

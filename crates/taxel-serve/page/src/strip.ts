@@ -60,6 +60,7 @@ export class Strip {
   private readonly scale: Scale;
   private readonly quantity: Quantity;
   private readonly resized: ResizeObserver;
+  private end = "";
   private axis: Axis = { span: 10, tares: [], label: () => "", clock: 0 };
 
   constructor(heading: HTMLElement, label: string, series: readonly StripSeries[], keys: readonly HTMLElement[], floor: number, quantity: Quantity) {
@@ -127,6 +128,10 @@ export class Strip {
     if (low <= high) this.scale.follow(Math.min(low, 0), Math.max(high, 0), now / 1000);
     this.axis = axis;
     this.plot.setData(columns);
+    // uPlot keeps the words of an axis whose ends stay.
+    const end = axis.label(0);
+    if (end !== this.end) this.plot.redraw(false, true);
+    this.end = end;
   }
 
   /** Moves the cursor by a part of the width; one that is not there begins in the middle. */

@@ -32,6 +32,7 @@ export class TimeView {
   private readonly view = new View();
   private chart: Chart;
   private timeline: Timeline;
+  private live = true;
   private largest = 0;
 
   constructor(hello: Hello, quantities: Quantities, store: ChannelStore, subject: Subject) {
@@ -59,10 +60,12 @@ export class TimeView {
     if (this.chart === "channels") for (const one of reading) if (Math.abs(one) > this.largest) this.largest = Math.abs(one);
   }
 
-  draw(now: number): void {
+  /** `live` is true while frames come; `now` in ms. */
+  draw(now: number, live = this.live): void {
+    this.live = live;
     const gap = Math.max(this.hello.stale_after_s, 2.5 * (this.hello.period_s ?? 0));
     if (this.chart === "channels") this.timeline.strip.floor = Math.max(1e-18, FLOOR_SHARE * this.largest);
-    this.timeline.draw(now, gap);
+    this.timeline.draw(now, gap, live);
   }
 
   recolour(): void {

@@ -1,7 +1,7 @@
 // A strip chart that reaches back as far as the server remembers: zoom, pan, cursor, export.
 
 import { create, setText } from "./dom";
-import { clockTime, fixed } from "./format";
+import { clockTime, durationInWords, fixed } from "./format";
 import type { Columns, Recent } from "./history";
 import type { Past } from "./past";
 import { clockAt, joined, pastColumns, PastSource, View } from "./past";
@@ -55,6 +55,7 @@ export class Timeline {
   private columns: Columns = [[]];
   private newest = Number.NaN;
   private gap = 0;
+  private end = "now";
 
   /** `view` is what is seen, which outlasts a chart of other lines. */
   constructor(options: TimelineOptions, view: View) {
@@ -77,9 +78,10 @@ export class Timeline {
     this.listen();
   }
 
-  /** Draws what is seen; `now` in ms, a line is broken where nothing came for `gap` s. */
-  draw(now: number, gap: number): void {
+  /** Draws what is seen; `now` in ms, a line is broken where nothing came for `gap` s, the end is now while `live`. */
+  draw(now: number, gap: number, live: boolean): void {
     this.gap = gap;
+    this.end = live ? "now" : "last";
     const { newest } = this.options.recent;
     // The clock of the device was set back: what was before has other times.
     if (newest < this.newest - 0.5) this.source.forget();
@@ -144,7 +146,7 @@ export class Timeline {
   }
 
   private timeInWords(time: number, x: number): string {
-    if (this.view.live && this.view.span <= RELATIVE) return x === 0 ? "now" : `\u2212${Math.abs(x)} s`;
+    if (this.view.live && this.view.span <= RELATIVE) return x === 0 ? this.end : `\u2212${Math.abs(x)} s`;
     return clockTime(this.clockAt(time), this.view.span < 3600);
   }
 
@@ -278,10 +280,4 @@ function nearest(times: readonly number[], x: number): number {
     if (best < 0 || Math.abs(time - x) < Math.abs((times[best] as number) - x)) best = at;
   });
   return best;
-}
-
-/** A span of the time axis. */
-export function durationInWords(seconds: number): string {
-  const [size, unit] = seconds < 120 ? [1, "s"] : seconds < 7200 ? [60, "min"] : [3600, "h"];
-  return `${Number((seconds / size).toPrecision(2))} ${unit}`;
 }

@@ -328,6 +328,8 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
   await byTestId(tab, "wrong").getByText("the same reading for 3.1 s").waitFor();
   await byTestId(tab, "wrong").getByText("changed places: r3c5.11 and r3c5.12, or r3c5.21 and r3c5.22").waitFor();
   const map = byTestId(tab, "condition-map");
+  // A taxel that is not used is not called well.
+  assert.equal(await map.getAttribute("data-masked"), "56");
   const { width, height } = await map.boundingBox();
   await map.hover({ position: { x: (2.5 / 8) * width, y: (2.5 / 8) * height } });
   await map.click({ position: { x: (2.5 / 8) * width, y: (2.5 / 8) * height } });
@@ -337,6 +339,33 @@ test("what is wrong with channels is said in a line, on a map and in words", { s
   await tab.keyboard.press("ArrowLeft");
   assert.equal(await byTestId(tab, "tab-link").getAttribute("aria-selected"), "true");
   assert.deepEqual(complaints, []);
+});
+
+test("without frames no channel is called well: before the first, after the last, behind a garbled link", async (context) => {
+  const cases = [
+    { server: ["--outage", "0:60"], badge: "stale", words: "Not known yet: no frame has come." },
+    { server: ["--outage", "2:60"], badge: "stale", words: "No frames come. In the last one nothing was against any of 256 channels." },
+  ].map(({ server, ...seen }) => ({ ...seen, command: process.execPath, server: [join(tests, "mock-server.mjs"), ...server] }));
+  if (!mock) {
+    // Lines of a program are no packets of this board.
+    const server = ["live", sensor(), "--port", "0", "--source", "exec:yes", "--board", BOARD];
+    cases.push({ command: program(), server, badge: "stale", words: "Not known yet: no frame has come.", link: /garbled/ });
+  }
+  for (const { command, server, badge: state, words, link } of cases) {
+    const { url, stop } = await started(command, server);
+    context.after(stop);
+    const { tab, complaints } = await open(url, context);
+    await badge(tab, state);
+    await byTestId(tab, "tab-condition").click();
+    await byTestId(tab, "condition-summary").getByText(words, { exact: true }).waitFor();
+    assert.equal(await byTestId(tab, "condition-map").getAttribute("data-unsaid"), "--none");
+    await byTestId(tab, "tab-channels").click();
+    if (words.startsWith("No frames come")) await byTestId(tab, "channels").getByText("not known", { exact: true }).first().waitFor();
+    assert.equal(await byTestId(tab, "channels").getByText("ok", { exact: true }).count(), 0);
+    if (link !== undefined) await tab.waitForFunction((source) => new RegExp(source).test(document.querySelector("[data-testid=badge-detail]").innerText), link.source);
+    assert.deepEqual(complaints, []);
+    await stop();
+  }
 });
 
 /** What the chart shows: ends of the time axis, device time in s, and number of points. */

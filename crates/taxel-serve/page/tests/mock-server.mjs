@@ -427,6 +427,7 @@ const [outageFrom, outageTo] =
 const endsAt = options.end === "" ? Infinity : Number(options.end);
 let lastFrame = seconds();
 let sequence = 0n;
+let seen = false;
 
 function command(text) {
   const { command: name, to } = JSON.parse(text);
@@ -492,7 +493,8 @@ server.on("upgrade", (request, socket, head) => {
     client.on("message", (text) => command(String(text)));
     client.send(JSON.stringify(hello));
     client.send(tellTares());
-    client.send(JSON.stringify(HEALTH));
+    // Of channels of which no frame has come nothing is known.
+    if (seen) client.send(JSON.stringify(HEALTH));
     client.send(JSON.stringify({ type: "events", missed: 0, events: EVENTS }));
     client.send(JSON.stringify({ type: "rest", channels: hello.channels.map((_, channel) => restOf(channel)) }));
   });
@@ -512,6 +514,8 @@ setInterval(
     }
     while (sequence < BigInt(Math.floor(now * rate))) {
       sequence += 1n;
+      if (!seen) send(JSON.stringify(HEALTH));
+      seen = true;
       send(frameAt(Number(sequence) / rate, sequence));
       lastFrame = now;
     }

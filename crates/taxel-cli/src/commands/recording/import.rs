@@ -14,8 +14,8 @@ use taxel_recording::{
 };
 use taxel_serve::{SourceError, open_foreign, open_recording};
 
-use super::{NewFile, check_new, print_fields};
-use crate::arguments::{Import, Inspect};
+use super::{Inspected, NewFile, check_new};
+use crate::arguments::{self, Import};
 use crate::outputs::{self, cannot_write};
 use crate::run_files::library;
 use crate::{Done, Stop};
@@ -166,8 +166,7 @@ impl<'a> Writer<'a> {
 }
 
 /// Lists a file of another program, or a table; `None` if it is a recording in chunks.
-pub(super) fn inspect(arguments: &Inspect) -> Result<Option<Done>, Stop> {
-    let path = &arguments.file;
+pub(super) fn inspect(path: &Path, shown_as: arguments::Format) -> Result<Option<Inspected>, Stop> {
     if let Some(foreign) = open_foreign(path).map_err(|error| stop(&error))? {
         let parts: Vec<Value> = foreign.parts().iter().map(part).collect();
         let mut fields = Map::new();
@@ -175,19 +174,17 @@ pub(super) fn inspect(arguments: &Inspect) -> Result<Option<Done>, Stop> {
         fields.insert("format".into(), json!(foreign.format().to_string()));
         let cut = foreign.cut();
         fields.insert("state".into(), json!(cut.as_deref().unwrap_or("whole")));
-        match arguments.format {
-            crate::arguments::Format::Table => {
+        match shown_as {
+            arguments::Format::Table => {
                 for (at, one) in foreign.parts().iter().enumerate() {
                     fields.insert(format!("part {}", at + 1), json!(in_words(one)));
                 }
             }
             _ => drop(fields.insert("parts".into(), parts.into())),
         }
-        print_fields(fields, arguments.format)?;
-        return Ok(Some(if cut.is_some() {
-            Done::WithLosses
-        } else {
-            Done::Complete
+        return Ok(Some(Inspected {
+            fields,
+            whole: cut.is_none(),
         }));
     }
     let Ok(recording) = open_recording(path, &RecordingOptions::default()) else {
@@ -236,13 +233,9 @@ pub(super) fn inspect(arguments: &Inspect) -> Result<Option<Done>, Stop> {
     ];
     let fields = fields
         .into_iter()
-        .map(|(key, value)| (key.to_owned(), value));
-    print_fields(fields.collect(), arguments.format)?;
-    Ok(Some(if whole {
-        Done::Complete
-    } else {
-        Done::WithLosses
-    }))
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect();
+    Ok(Some(Inspected { fields, whole }))
 }
 
 fn part(part: &Part) -> Value {
