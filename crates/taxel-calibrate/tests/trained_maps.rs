@@ -234,7 +234,7 @@ fn a_map_changed_by_hand_is_refused() {
             &(|map: &mut ForceMap| map.law.times.clear()) as &dyn Fn(&mut ForceMap),
         ),
         ("pressing", &|map| {
-            map.pressing.members[1].weights.truncate(3)
+            map.pressing.members[1].weights.truncate(3);
         }),
         ("slow_reach", &|map| map.slow_reach.push(1.0)),
         ("farthest", &|map| map.farthest = 0.0),

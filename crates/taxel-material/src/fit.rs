@@ -607,7 +607,8 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
     let known = effective >= constants as f64 + 1.0;
     let interval = known.then(|| {
         let most = inner.misfit * (1.0 + student(freedom).powi(2) / freedom);
-        interval::of_shear_modulus(problem, outer, fit_slack, shear, most)
+        let misfit = |shear: f64| problem.searched(outer, fit_slack, Some(shear)).1;
+        interval::of_shear_modulus(misfit, shear, most)
     });
     Ok(Fit {
         form,

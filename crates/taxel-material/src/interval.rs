@@ -3,8 +3,6 @@
 use taxel_numerics::roots::ridders;
 use taxel_numerics::special::gauss_panel;
 
-use crate::fit::{Outer, Problem};
-
 /// The 97.5 % point of Student's distribution, whose degrees of freedom (1 or more) need not be
 /// whole.
 ///
@@ -29,16 +27,9 @@ pub fn student(freedom: f64) -> f64 {
     ridders([1.0, 13.0], below)
 }
 
-/// Both ends of the profile of the shear modulus: where the misfit that is left after all other
-/// constants were fitted again reaches `most`.
-pub(crate) fn of_shear_modulus(
-    problem: &Problem<'_>,
-    outer: Outer,
-    fit_slack: bool,
-    shear: f64,
-    most: f64,
-) -> [f64; 2] {
-    let misfit = |shear: f64| problem.searched(outer, fit_slack, Some(shear)).1;
+/// Both ends of the profile of the shear modulus: where `misfit`, what is left after all other
+/// constants were fitted again, reaches `most`.
+pub(crate) fn of_shear_modulus(misfit: impl Fn(f64) -> f64, shear: f64, most: f64) -> [f64; 2] {
     [-1.0, 1.0].map(|side| {
         // A misfit without any rounding left has an interval without width.
         if most <= f64::EPSILON * f64::EPSILON {

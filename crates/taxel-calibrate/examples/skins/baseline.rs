@@ -62,11 +62,17 @@ pub(crate) fn estimates(
     ]
 }
 
-/// Rows of known targets over their deviation, with the number of their run.
-fn scaled(
-    runs: &[Vec<Vec<f64>>],
-    targets: &[Vec<f64>],
-) -> (Vec<Vec<f64>>, Vec<f64>, Vec<usize>, Vec<[f64; 2]>) {
+/// Rows of known targets over their deviation.
+struct Scaled {
+    rows: Vec<Vec<f64>>,
+    known: Vec<f64>,
+    /// Number of the run of each.
+    of: Vec<usize>,
+    /// Mean and deviation of each column.
+    law: Vec<[f64; 2]>,
+}
+
+fn scaled(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>]) -> Scaled {
     let (mut rows, mut known, mut of) = (Vec::new(), Vec::new(), Vec::new());
     for (number, (run, target)) in runs.iter().zip(targets).enumerate() {
         for (row, target) in run
@@ -90,8 +96,15 @@ fn scaled(
         [mean, (square / count).sqrt() + 1e-9]
     });
     let law: Vec<[f64; 2]> = law.collect();
-    rows.iter_mut().for_each(|row| apply(&law, row));
-    (rows, known, of, law)
+    for row in &mut rows {
+        apply(&law, row);
+    }
+    Scaled {
+        rows,
+        known,
+        of,
+        law,
+    }
 }
 
 fn apply(law: &[[f64; 2]], row: &mut [f64]) {
@@ -108,12 +121,17 @@ fn solved(gram: &Mat<f64>, moment: &Mat<f64>, prior: f64) -> Option<Mat<f64>> {
 
 /// A ridge whose prior predicts runs from the others best, or the fifths of the only one.
 fn ridge(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -> Vec<f64> {
-    let (rows, known, mut of, law) = scaled(runs, targets);
+    let Scaled {
+        rows,
+        known,
+        mut of,
+        law,
+    } = scaled(runs, targets);
     if runs.len() == 1 {
         let count = of.len().max(1);
-        of.iter_mut()
-            .enumerate()
-            .for_each(|(at, of)| *of = 5 * at / count);
+        for (at, of) in of.iter_mut().enumerate() {
+            *of = 5 * at / count;
+        }
     }
     let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
     let parts: Vec<(Mat<f64>, Mat<f64>)> = (0..=of.iter().copied().max().unwrap_or(0))
@@ -176,12 +194,17 @@ fn square(a: &[f64], b: &[f64]) -> f64 {
 
 /// Gaussian kernels and a linear one of some rows; lengths and priors are those that predict the last run best.
 fn kernels(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -> Vec<f64> {
-    let (rows, known, mut of, law) = scaled(runs, targets);
+    let Scaled {
+        rows,
+        known,
+        mut of,
+        law,
+    } = scaled(runs, targets);
     if runs.len() == 1 {
         let count = of.len().max(1);
-        of.iter_mut()
-            .enumerate()
-            .for_each(|(at, of)| *of = 5 * at / count);
+        for (at, of) in of.iter_mut().enumerate() {
+            *of = 5 * at / count;
+        }
     }
     let last = of.iter().copied().max().unwrap_or(0);
     let step = rows.len().div_ceil(ROWS).max(1);
@@ -242,7 +265,9 @@ fn kernels(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -
 
 /// Mean of the targets of the nearest rows.
 fn nearest(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -> Vec<f64> {
-    let (rows, known, _, law) = scaled(runs, targets);
+    let Scaled {
+        rows, known, law, ..
+    } = scaled(runs, targets);
     let step = rows.len().div_ceil(4 * ROWS).max(1);
     let estimate = |row: &Vec<f64>| {
         let mut row = row.clone();

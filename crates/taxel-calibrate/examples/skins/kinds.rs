@@ -276,21 +276,19 @@ impl Skin {
             "time [s],{},{shear}force_z [N],x [mm],y [mm]\n",
             channels.join(",")
         );
+        let mut scale = |force: f64| format!("{:.3}", force + 0.02 * normal(&mut random));
         for (at, (step, row)) in course.iter().zip(&readings).enumerate() {
-            text += &format!("{:.4}", at as f64 / kind.rate);
-            for value in row {
-                text += &format!(",{value:.0}");
-            }
-            let mut scale = |force: f64| force + 0.02 * normal(&mut random);
+            let mut cells = vec![format!("{:.4}", at as f64 / kind.rate)];
+            cells.extend(row.iter().map(|value| format!("{value:.0}")));
             if kind.shear {
-                text += &format!(",{:.3},{:.3}", scale(step.shear[0]), scale(step.shear[1]));
+                cells.extend(step.shear.map(&mut scale));
             }
-            text += &format!(",{:.3}", scale(step.force));
-            text += &if step.touches && self.gains.len() > 1 {
-                format!(",{:.3},{:.3}\n", step.place[0], step.place[1])
-            } else {
-                ",,\n".to_owned()
-            };
+            cells.push(scale(step.force));
+            let placed = step.touches && self.gains.len() > 1;
+            let place = step.place.map(|x| format!("{x:.3}"));
+            cells.extend(if placed { place } else { Default::default() });
+            text += &cells.join(",");
+            text.push('\n');
         }
         text
     }

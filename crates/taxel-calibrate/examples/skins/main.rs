@@ -49,14 +49,21 @@ impl Task {
             let mut paths: Vec<PathBuf> = entries.collect::<Result<_, _>>()?;
             paths.sort();
             let file = |path: PathBuf| -> Result<TrainingFile, Failed> {
-                let (text, name) = (fs::read_to_string(&path)?, path.display().to_string());
+                let (text, name) = (
+                    fs::read_to_string(&path)?,
+                    path.to_string_lossy().into_owned(),
+                );
                 Ok(TrainingFile { text, name })
             };
             paths.into_iter().map(file).collect()
         };
         let further = files("next")?.into_iter().map(|file| ("alike", file.text));
         Ok(Self {
-            name: folder.file_name().unwrap_or_default().display().to_string(),
+            name: folder
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
             sensor: fs::read_to_string(folder.join("sensor.toml"))?,
             runs: files("runs")?,
             further: further.collect(),
@@ -217,11 +224,11 @@ impl Table {
     }
 }
 
+/// Values with their deviations.
+type Estimates = Vec<[f64; 2]>;
+
 /// Values and deviations of each target, and the number of frames in which a channel is called wrong.
-fn live(
-    estimator: &mut ArrayEstimator,
-    table: &Table,
-) -> Result<(Vec<Vec<[f64; 2]>>, usize), Failed> {
+fn live(estimator: &mut ArrayEstimator, table: &Table) -> Result<(Vec<Estimates>, usize), Failed> {
     let mut found = vec![Vec::new(); TARGETS.len()];
     let mut wrong = 0;
     let rows = (0..).zip(&table.inputs.times).zip(&table.frames);
@@ -235,12 +242,10 @@ fn live(
         let (touch, _) = estimator.push(&frame)?;
         wrong += usize::from(touch.channels.states.iter().any(|state| !state.usable()));
         let unknown = [f64::NAN; 2];
-        let total = |axis: usize| match touch.zero_known {
-            true => [
-                touch.total.force[axis],
-                touch.total_covariance[axis][axis].sqrt(),
-            ],
-            false => unknown,
+        let total = |axis: usize| {
+            let variance = touch.total_covariance[axis][axis];
+            let known = [touch.total.force[axis], variance.sqrt()];
+            if touch.zero_known { known } else { unknown }
         };
         let contact = touch.contacts.first().filter(|_| touch.zero_known);
         let place = contact.map_or([unknown; 2], |contact| {
@@ -273,6 +278,13 @@ fn memory() -> f64 {
     kilobytes.unwrap_or(0.0) * 1024e-9
 }
 
+const PROVENANCE: Provenance<'static> = Provenance {
+    version: "0",
+    date: "2026-01-01",
+    data: "runs",
+    data_hash: "0",
+};
+
 /// Rows of the table of a task, and for each row the errors of the force and of the position over the best plain ones.
 fn judged(task: &Task, remarks: bool) -> Result<(String, Vec<f64>), Failed> {
     let start = Instant::now();
@@ -286,12 +298,7 @@ fn judged(task: &Task, remarks: bool) -> Result<(String, Vec<f64>), Failed> {
     let outcome = train(&named, &groups, &CalibrateOptions::default())?;
     let seconds = start.elapsed().as_secs_f64();
     let memory = memory();
-    let file = outcome.to_toml(&Provenance {
-        version: "0",
-        date: "2026-01-01",
-        data: "runs",
-        data_hash: "0",
-    });
+    let file = outcome.to_toml(&PROVENANCE);
     let calibrated = CalibrationFile::parse("c.toml", &file)?.apply("c.toml", &named)?;
     let array = calibrated.trained()?;
     let held_out = &outcome.outcome.hold_out;

@@ -135,7 +135,7 @@ impl Design {
     pub(super) fn of(
         parts: &[(&FeatureLaw, &[Block])],
         mut rows: Vec<Vec<f64>>,
-        places: Vec<[usize; 2]>,
+        places: &[[usize; 2]],
     ) -> Result<Self, TrainingError> {
         if rows.len() < 2 * BLOCKS {
             return Err(TrainingError::TooFew {
@@ -199,7 +199,7 @@ impl Design {
                 }
             }
         }
-        let groups = groups(&places);
+        let groups = groups(places);
         let mut of_groups = Vec::new();
         for group in &groups {
             of_groups.push(Mat::from_fn(group.len(), start, |i, j| {

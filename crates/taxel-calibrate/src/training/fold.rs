@@ -27,7 +27,7 @@ impl Fold {
             [one] => one
                 .force
                 .iter()
-                .flat_map(|force| force.times())
+                .flat_map(super::Series::times)
                 .copied()
                 .collect(),
             _ => Vec::new(),

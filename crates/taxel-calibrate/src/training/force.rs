@@ -315,7 +315,7 @@ fn design_of(
             rows.push(pick(&row));
         }
     }
-    Design::of(&[(&map.law, blocks)], rows, places)
+    Design::of(&[(&map.law, blocks)], rows, &places)
 }
 
 /// What `of` makes of the frames of a run at some times, on straight lines between those of the frames beside;

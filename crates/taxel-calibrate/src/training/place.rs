@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 use taxel::trained::{
-    AxisMap, Block, NearestPatterns, PatternMap, PatternStream, PlaceMap, TrainingError,
+    AxisMap, Block, FeatureLaw, NearestPatterns, PatternMap, PatternStream, PlaceMap, Standard,
+    TrainingError,
 };
 use taxel_numerics::dense::long_dot;
 
@@ -66,27 +67,8 @@ pub(crate) fn train_place(
     let (standard, _) = scale_of(runs, None)?;
     let longest = runs.iter().map(|run| run.sensor.longest_step());
     let longest_step = longest.fold(0.0, f64::max);
-    // Of each reading both patterns one after the other, and the size.
-    let mut rows: Vec<Vec<f64>> = Vec::new();
-    let mut places = Vec::new();
+    let (rows, places) = patterns_of(runs, readings, &standard, longest_step);
     let width = standard.used.len() + 1;
-    for (number, (run, readings)) in runs.iter().zip(readings).enumerate() {
-        let wanted: Vec<(usize, f64)> = readings
-            .iter()
-            .enumerate()
-            .map(|(at, (time, _))| (at, *time))
-            .collect();
-        let mut stream = PatternStream::new(&standard, run.baseline(), longest_step);
-        let found = interpolated(run, longest_step, &wanted, |time, frame| {
-            stream.push(&standard, time, frame).ok()?;
-            let [own, both] = stream.patterns();
-            Some([&own[..], &both[..], &[stream.size()]].concat())
-        });
-        for (at, row) in found {
-            places.push([number, at]);
-            rows.push(row);
-        }
-    }
     let patterns = |law: usize| -> Vec<Vec<f64>> {
         let part = |row: &Vec<f64>| match law {
             0 => row[..width].to_vec(),
@@ -101,29 +83,8 @@ pub(crate) fn train_place(
         });
     }
     let [own, both] = [0, 1].map(patterns);
-    let law = |rows: &[Vec<f64>]| {
-        let thin: Vec<Vec<f64>> = rows
-            .iter()
-            .step_by(rows.len().div_ceil(LAW_ROWS))
-            .cloned()
-            .collect();
-        law_of_rows(&thin, &[], vec![1.0; rows[0].len()], vec![1.0])
-    };
-    let laws = [law(&own)?, law(&both)?];
-    let features: Vec<Vec<f64>> = own
-        .par_iter()
-        .zip(&both)
-        .map(|(own, both)| {
-            let of = |law: usize, pattern: &[f64]| {
-                let all = laws[law].instant(pattern);
-                let ranges = BLOCKS.iter().map(|block| laws[law].range(*block));
-                ranges
-                    .flat_map(|range| all[range].to_vec())
-                    .collect::<Vec<f64>>()
-            };
-            [of(0, own), of(1, both)].concat()
-        })
-        .collect();
+    let laws = [law_of_patterns(&own)?, law_of_patterns(&both)?];
+    let features = features_of(&laws, &own, &both);
     let parts = [(&laws[0], &BLOCKS[..]), (&laws[1], &BLOCKS[..])];
     let directions = |pattern: &Vec<f64>| -> Vec<f64> {
         laws[0]
@@ -134,7 +95,7 @@ pub(crate) fn train_place(
     };
     let along: Vec<Vec<f64>> = own.iter().map(directions).collect();
     let place_of = |[run, at]: &[usize; 2]| readings[*run][*at].1;
-    let design = Design::of(&parts, features, places.clone())?;
+    let design = Design::of(&parts, features, &places)?;
     let index = |wanted: &[usize; 2]| places.binary_search(wanted).ok();
     let neighbours = |keep: &dyn Fn(usize) -> bool| -> NearestPatterns {
         let groups = design
@@ -170,36 +131,10 @@ pub(crate) fn train_place(
         let targets: Vec<Vec<[f64; 2]>> = readings.iter().map(coordinates).collect();
         let beside = |group: &Vec<[f64; 2]>| group.iter().map(|place| place[axis]).collect();
         let beside: Vec<Vec<f64>> = nearest.iter().map(beside).collect();
-        let Mixture {
-            members,
-            beside,
-            mut held_out,
-            range,
-            ..
-        } = design.mixed(&FORMS, &targets, Some(&beside))?;
-        // The deviation is one of the size of the readings instead of that of the estimate.
+        let mixture = design.mixed(&FORMS, &targets, Some(&beside))?;
         let order = design.places.iter().flatten().filter_map(index);
-        let sizes = order
-            .map(|row| rows[row][rows[row].len() - 1].recip())
-            .collect();
-        let estimates = std::mem::replace(&mut held_out.estimates, sizes);
-        let error = error_law(&held_out, &held_out.errors);
-        let error = error.times(wider(&held_out, |size, difference| {
-            error.at(size, difference)
-        }));
-        held_out.deviations = (0..estimates.len())
-            .map(|row| error.at(held_out.estimates[row], held_out.differences[row]))
-            .collect();
-        held_out.estimates = estimates;
-        let members = members.into_iter().zip(FORMS);
-        let members = members.map(|(map, (law, _))| PatternMap { law, map });
-        let map = AxisMap {
-            members: members.collect(),
-            nearest: beside,
-            error,
-            range,
-        };
-        Ok((map, held_out))
+        let sizes = order.map(|row| rows[row][rows[row].len() - 1]);
+        Ok(axis_of(mixture, sizes))
     };
     let [x, y] = [axis(0)?, axis(1)?];
     let components: Vec<Vec<f64>> = own.iter().map(|pattern| laws[0].along(pattern)).collect();
@@ -227,6 +162,86 @@ pub(crate) fn train_place(
         map,
         held_out: [x.1, y.1],
     })
+}
+
+/// Of each reading both patterns one after the other, and the size; and its run and number.
+fn patterns_of(
+    runs: &[Session],
+    readings: &[Vec<(f64, [f64; 2])>],
+    standard: &Standard,
+    longest_step: f64,
+) -> (Vec<Vec<f64>>, Vec<[usize; 2]>) {
+    let (mut rows, mut places) = (Vec::new(), Vec::new());
+    for (number, (run, readings)) in runs.iter().zip(readings).enumerate() {
+        let wanted: Vec<(usize, f64)> = readings
+            .iter()
+            .enumerate()
+            .map(|(at, (time, _))| (at, *time))
+            .collect();
+        let mut stream = PatternStream::new(standard, run.baseline(), longest_step);
+        let found = interpolated(run, longest_step, &wanted, |time, frame| {
+            stream.push(standard, time, frame).ok()?;
+            let [own, both] = stream.patterns();
+            Some([&own[..], &both[..], &[stream.size()]].concat())
+        });
+        for (at, row) in found {
+            places.push([number, at]);
+            rows.push(row);
+        }
+    }
+    (rows, places)
+}
+
+fn law_of_patterns(rows: &[Vec<f64>]) -> Result<FeatureLaw, TrainingError> {
+    let thin = rows.iter().step_by(rows.len().div_ceil(LAW_ROWS));
+    let thin: Vec<Vec<f64>> = thin.cloned().collect();
+    law_of_rows(&thin, &[], vec![1.0; rows[0].len()], vec![1.0])
+}
+
+/// Features of each pattern by itself, then with what changed lately.
+fn features_of(laws: &[FeatureLaw; 2], own: &[Vec<f64>], both: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let of = |law: usize, pattern: &[f64]| {
+        let all = laws[law].instant(pattern);
+        let ranges = BLOCKS.iter().map(|block| laws[law].range(*block));
+        ranges
+            .flat_map(|range| all[range].to_vec())
+            .collect::<Vec<f64>>()
+    };
+    own.par_iter()
+        .zip(both)
+        .map(|(own, both)| [of(0, own), of(1, both)].concat())
+        .collect()
+}
+
+/// The map along an axis, with what was held out of readings of some sizes.
+fn axis_of(mixture: Mixture, sizes: impl Iterator<Item = f64>) -> (AxisMap, HeldOutReadings) {
+    let Mixture {
+        members,
+        beside,
+        mut held_out,
+        range,
+        ..
+    } = mixture;
+    // The deviation is one of the size of the readings instead of that of the estimate.
+    let sizes = sizes.map(f64::recip).collect();
+    let estimates = std::mem::replace(&mut held_out.estimates, sizes);
+    let error = error_law(&held_out, &held_out.errors);
+    let error = error.times(wider(&held_out, |size, difference| {
+        error.at(size, difference)
+    }));
+    held_out.deviations = (0..estimates.len())
+        .map(|row| error.at(held_out.estimates[row], held_out.differences[row]))
+        .collect();
+    held_out.estimates = estimates;
+    let members = members.into_iter().zip(FORMS);
+    let members = members.map(|(map, (law, _))| PatternMap { law, map });
+    let map = AxisMap {
+        members: members.collect(),
+        nearest: beside,
+        error,
+        range,
+    };
+    (map, held_out)
 }
 
 /// Factor on the deviations for a further run: runs differ in how far places are off.

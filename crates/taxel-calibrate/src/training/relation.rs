@@ -150,7 +150,9 @@ fn deviations(residuals: &[Vec<[f64; 2]>], factor: f64) -> ([Vec<f64>; 2], f64) 
     };
     let (base, mut of_load): (Vec<f64>, Vec<f64>) = residuals.iter().map(of_channel).unzip();
     let usual = median(of_load.clone());
-    of_load.iter_mut().for_each(|own| *own = own.max(usual));
+    for own in &mut of_load {
+        *own = own.max(usual);
+    }
     let farthest =
         residuals
             .iter()

@@ -407,9 +407,10 @@ impl TrainedReader {
         let unlike = self.unlike && contact != Some(false);
         let outside = |force: &Estimate| force.support == Support::Outside;
         // A pattern without its size has a reach of its own, and channels that saturate change it.
-        let far = match by_pattern {
-            true => harder,
-            false => beyond || force.as_ref().is_some_and(outside),
+        let far = if by_pattern {
+            harder
+        } else {
+            beyond || force.as_ref().is_some_and(outside)
         };
         let beyond_position = unlike || far || trained.is_none();
         let beyond = beyond || unlike;

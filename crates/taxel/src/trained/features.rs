@@ -353,27 +353,7 @@ impl FeatureLaw {
         }
         let u = &state.components;
         let mut of_components = vec![0.0; u.len()];
-        let mut weights_left = of(Block::Products).iter();
-        let mut next = || weights_left.next().copied().unwrap_or(0.0);
-        let n = u.len().min(SQUARES);
-        for i in 0..n {
-            for j in i..n {
-                let weight = next();
-                of_components[i] += weight * u[j];
-                of_components[j] += weight * u[i];
-            }
-        }
-        let n = u.len().min(CUBES);
-        for i in 0..n {
-            for j in i..n {
-                for k in j..n {
-                    let weight = next();
-                    of_components[i] += weight * u[j] * u[k];
-                    of_components[j] += weight * u[i] * u[k];
-                    of_components[k] += weight * u[i] * u[j];
-                }
-            }
-        }
+        of_products(of(Block::Products), u, &mut of_components);
         let slow_sums = of(Block::SlowSums);
         let (all, recovering) = slow_sums.split_at(SUMS * self.times.len());
         let mut of_slow_sums = all.to_vec();
@@ -451,6 +431,31 @@ impl FeatureLaw {
                 }
             }
             *slope += by * relative;
+        }
+    }
+}
+
+/// Adds to the slopes of the components u those of Σ wₖ uᵢuⱼ and Σ wₖ uᵢuⱼuₖ.
+fn of_products(weights: &[f64], u: &[f64], slopes: &mut [f64]) {
+    let mut weights_left = weights.iter();
+    let mut next = || weights_left.next().copied().unwrap_or(0.0);
+    let n = u.len().min(SQUARES);
+    for i in 0..n {
+        for j in i..n {
+            let weight = next();
+            slopes[i] += weight * u[j];
+            slopes[j] += weight * u[i];
+        }
+    }
+    let n = u.len().min(CUBES);
+    for i in 0..n {
+        for j in i..n {
+            for k in j..n {
+                let weight = next();
+                slopes[i] += weight * u[j] * u[k];
+                slopes[j] += weight * u[i] * u[k];
+                slopes[k] += weight * u[i] * u[j];
+            }
         }
     }
 }
