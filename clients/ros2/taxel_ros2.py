@@ -8,6 +8,9 @@ Publishes, with the time at which a frame came here as stamp:
     /taxel/image     sensor_msgs/Image             values of the taxels, 32FC1 (pressing) or 32FC3 (x, y, pressing), SI
     /taxel/readings  std_msgs/Float32MultiArray    readings of all channels, SI
 
+These types have no place to say that a number is a bound: a total that is not exact, and the value of a taxel at an end of what can be
+read, are NaN.
+
 By `rclpy` where a ROS 2 is sourced; otherwise by `cyclonedds` (pip install cyclonedds), under the names that ROS 2 gives to topics and
 types, so that nodes on the same network and domain (ROS_DOMAIN_ID) see them.
 """
@@ -22,6 +25,10 @@ from dataclasses import dataclass
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
 from taxel_live import TaxelError, TaxelLive  # noqa: E402
+
+
+# States in which a value is no more than a bound.
+BOUNDS = "closed", "out_of_range", "saturated"
 
 
 class ByRclpy:
@@ -175,12 +182,16 @@ def main():
             way = publisher()
             rows, columns, each = (live.hello[key] for key in ("rows", "columns", "components"))
             encoding, step = ("32FC3" if each == 3 else "32FC1"), 4 * each * columns
+            exact, bounds = live.hello["certainties"].index("exact"), [live.hello["states"].index(name) for name in BOUNDS]
+            unknown = [float("nan")] * 3
             for count, frame in enumerate(live.frames(), 1):
                 now = time.time_ns()
-                x, y, pressing = (float(force) for force in frame.force)
-                values = numbers(frame.values)
+                is_exact = frame.total_certainty == exact
+                x, y, pressing = (float(force) for force in (frame.force if is_exact else unknown))
+                values, states = numbers(frame.values), numbers(frame.states)
+                values = [unknown[0] if states[place // each] in bounds else value for place, value in enumerate(values)]
                 image = rows, columns, encoding, step, struct.pack(f"<{len(values)}f", *values)
-                moment = [float(part) for part in frame.moment]
+                moment = [float(part) for part in (frame.moment if is_exact else unknown)]
                 readings = [float(reading) for reading in frame.readings]
                 stamp = divmod(now, 10**9)
                 way.publish(stamp, arguments.frame, (x, y, -pressing), moment, image, readings)

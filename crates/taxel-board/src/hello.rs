@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use taxel_ground::shown;
 
 use crate::board::layout::{Conversion, PlacedField, Role};
 use crate::board::{Board, Format, Framing, LONGEST_HELLO, Order};
@@ -88,7 +89,7 @@ pub fn board_file_of_hello(hello: &str) -> Result<String, String> {
     let name = name.replace(char::is_control, " ");
     let mut file = format!(
         "# From the hello of the board.\nschema = 1\nname = {}\n",
-        quoted(&name)
+        shown::toml(&name)
     );
     match &hello.rate {
         None | Some(Value::Null) => {}
@@ -115,25 +116,18 @@ fn push(file: &mut String, text: &str) {
     file.push_str(text);
 }
 
-/// Text in quotes; JSON's escapes are TOML's too.
-fn quoted(text: &str) -> String {
-    Value::String(text.to_owned())
-        .to_string()
-        .replace('\u{7f}', "\\u007f")
-}
-
 /// An inline table.
 fn table(keys: &Map<String, Value>) -> Result<String, String> {
     let mut pairs = Vec::new();
     for (key, value) in keys.iter().filter(|(_, value)| !value.is_null()) {
-        pairs.push(format!("{} = {}", quoted(key), toml(value)?));
+        pairs.push(format!("{} = {}", shown::toml(key), toml(value)?));
     }
     Ok(format!("{{ {} }}", pairs.join(", ")))
 }
 
 fn toml(value: &Value) -> Result<String, String> {
     Ok(match value {
-        Value::String(text) => quoted(text),
+        Value::String(text) => shown::toml(text),
         Value::Array(values) => {
             let values: Vec<_> = values.iter().map(toml).collect::<Result<_, String>>()?;
             format!("[{}]", values.join(", "))
@@ -198,14 +192,14 @@ impl Board {
                 [] => format!("{{{about}}}"),
                 _ => format!(
                     "{{{about},\"name\":{}}}",
-                    quoted(&names::contracted(&names))
+                    shown::toml(&names::contracted(&names))
                 ),
             })
             .collect();
         let rate = self
             .rate
             .map_or(String::new(), |rate| format!("\"rate\":\"{rate} Hz\","));
-        let name = quoted(&self.name);
+        let name = shown::toml(&self.name);
         Some(format!(
             "{{\"name\":{name},{rate}\"fields\":[{}]}}",
             fields.join(",")
@@ -298,7 +292,7 @@ fn about(
         add("order", "\"big\"".into());
     }
     if unit.symbol != "counts" {
-        add("unit", quoted(&unit.symbol));
+        add("unit", shown::toml(&unit.symbol));
     }
     let in_unit = |value: f64| format!("{:?}", value / si);
     if (conversion.scale / si - 1.0).abs() > 1e-12 {

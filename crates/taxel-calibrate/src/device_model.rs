@@ -69,7 +69,12 @@ impl<R, N> Fitted<R, N> {
     /// Half a 95 % interval in standard deviations of a quantity that follows.
     pub(crate) fn quantile(&self) -> f64 {
         let known = self.given && self.fit.scale == 1.0;
-        student_quantile(0.975, if known { usize::MAX } else { self.fit.freedom })
+        let freedom = if known {
+            f64::INFINITY
+        } else {
+            self.fit.freedom as f64
+        };
+        student_quantile(0.975, freedom)
     }
 
     /// Free parameters.

@@ -14,8 +14,8 @@ use crate::outcome::{CovarianceBlock, Outcome, Provenance, ResidualSummary};
 use crate::toml_tables::table as put_tables;
 use taxel::InputError;
 use taxel::sensor::{Element, Sensor};
-use taxel::toml_input;
 use taxel::trained::{IndentationMap, TrainedMaps, TrainingError};
+use taxel::{shown, toml_input};
 use taxel_numerics::least_squares::singular_values;
 
 /// Version of the file's form.
@@ -202,7 +202,7 @@ impl Outcome {
             ("noise", &self.noise),
             ("search", &self.search),
         ] {
-            let _ = writeln!(text, "{key} = {}", quoted(value));
+            let _ = writeln!(text, "{key} = {}", shown::toml(value));
         }
         let remarks: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         list(&mut text, "remarks", &remarks);
@@ -210,9 +210,9 @@ impl Outcome {
         let _ = write!(
             text,
             "\n[data]\nfile = {}\nsha256 = {}\n\n[hold_out]\nreadings = {}\n",
-            quoted(about.data),
-            quoted(about.data_hash),
-            quoted(&self.held_out)
+            shown::toml(about.data),
+            shown::toml(about.data_hash),
+            shown::toml(&self.held_out)
         );
         if self.hold_out.is_empty() {
             text.push_str("residual = []\n");
@@ -224,8 +224,8 @@ impl Outcome {
             let _ = write!(
                 text,
                 "\n[[sensor]]\nfile = {}\nprefix = {}\ntext = \"\"\"\n{}\"\"\"\n",
-                quoted(&sensor.name),
-                quoted(&sensor.prefix),
+                shown::toml(&sensor.name),
+                shown::toml(&sensor.prefix),
                 sensor
                     .text
                     .replace('\\', "\\\\")
@@ -239,11 +239,11 @@ impl Outcome {
                 text,
                 "\n[[parameter]]\nname = {}\nunit = {}\nvalue = {:e}\ndeviation = {:e}\ninterval = [{low:e}, {high:e}]\n\
                  status = {}\n",
-                quoted(&parameter.name),
-                quoted(parameter.unit),
+                shown::toml(&parameter.name),
+                shown::toml(parameter.unit),
                 estimate.value,
                 estimate.deviation,
-                quoted(estimate.status.name())
+                shown::toml(estimate.status.name())
             );
         }
         for block in &self.covariance {
@@ -266,8 +266,8 @@ impl Outcome {
             let _ = write!(
                 text,
                 "\n[[scope]]\nname = {}\nunit = {}\nrange = [{low:e}, {high:e}]\n",
-                quoted(&scope.name),
-                quoted(scope.unit)
+                shown::toml(&scope.name),
+                shown::toml(scope.unit)
             );
         }
         if let Some(places) = &self.places {
@@ -283,8 +283,8 @@ fn put_residual(text: &mut String, table: &str, residual: &ResidualSummary) {
     let _ = write!(
         text,
         "\n[[{table}]]\nname = {}\nunit = {}\ncount = {}\nroot_mean_square = {:e}\nlargest = {:e}\n",
-        quoted(&residual.name),
-        quoted(residual.unit),
+        shown::toml(&residual.name),
+        shown::toml(residual.unit),
         residual.count,
         residual.root_mean_square,
         residual.largest
@@ -294,25 +294,9 @@ fn put_residual(text: &mut String, table: &str, residual: &ResidualSummary) {
 fn list(text: &mut String, key: &str, items: &[String]) {
     let _ = writeln!(text, "{key} = [");
     for item in items {
-        let _ = writeln!(text, "  {},", quoted(item));
+        let _ = writeln!(text, "  {},", shown::toml(item));
     }
     text.push_str("]\n");
-}
-
-/// A basic string of TOML.
-fn quoted(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => quoted.extend(['\\', c]),
-            c if c.is_control() => {
-                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
-            }
-            c => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
 }
 
 impl CalibrationFile {

@@ -1,5 +1,6 @@
 //! Texts and names of files as a message, a table or a terminal may show them.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// `text` with its control characters and the marks that turn a line written out: names and
@@ -23,6 +24,26 @@ pub fn text(text: &str) -> String {
 /// The name of a file as [`text`]; what is no text in it is shown as `U+FFFD`.
 pub fn path(path: &Path) -> String {
     text(&path.to_string_lossy())
+}
+
+/// `text` as a basic string of TOML, with its quotes.
+///
+/// ```
+/// assert_eq!(taxel_ground::shown::toml("3 \"mm\"\u{7f}"), "\"3 \\\"mm\\\"\\u007f\"");
+/// ```
+pub fn toml(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
 }
 
 /// Marks that change the direction of a line.

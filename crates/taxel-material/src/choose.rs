@@ -2,7 +2,7 @@
 
 use crate::fit::{Fit, FitError, Form, MOST_SLACK, Measure, Slack, Weights, fit};
 use crate::law::{Law, Mode};
-use crate::stability::{equibiaxial_ratio, first_loss};
+use crate::stability::{SANE, equibiaxial_ratio, first_loss};
 use crate::steps::Specimen;
 
 /// What is asked of the choice.
@@ -80,9 +80,6 @@ fn good_enough(best: f64) -> f64 {
 /// Shares of the second invariant that are tried. Up to 0.3 stands for rubber; that rests on
 /// natural rubber.
 const SHARES: [f64; 4] = [0.0, 0.1, 0.2, 0.3];
-
-/// Sane ratios of equibiaxial to uniaxial stress, see [`equibiaxial_ratio`].
-const SANE: [f64; 2] = [0.8, 1.6];
 
 /// Fits the laws and takes, among those that hold, the one of fewest constants that is as good
 /// as the best.
@@ -205,10 +202,12 @@ fn judged(fit: Fit, range: [f64; 2], biaxial: bool) -> Candidate {
         Some("c01 < 0".into())
     } else if let Some(loss) = first_loss(&law, range[0], range[1]) {
         Some(loss.to_string())
-    } else if !biaxial && !(SANE[0]..=SANE[1]).contains(&ratio) {
+    } else if !biaxial && !SANE.contains(&ratio) {
         Some(format!(
             "in equibiaxial tension, which was not tested, it says {ratio:.2} times a neo-Hookean law \
-             (0.8 to 1.6 is sane)"
+             ({} to {} is sane)",
+            SANE.start(),
+            SANE.end()
         ))
     } else {
         let constants = fit.moduli.iter().copied().chain(fit.limit);

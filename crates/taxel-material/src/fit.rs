@@ -62,6 +62,20 @@ pub enum FitError {
     /// No test.
     #[error("there is no test")]
     NoTest,
+    /// Tests begin at different preloads, or some at one and others at none.
+    #[error("the tests begin at different preloads: fit those of one preload together")]
+    Preloads,
+    /// A slack is asked for of tests that begin at a preload.
+    #[error("a test that begins at a preload has no slack: leave out --slack, or the preload")]
+    SlackAndPreload,
+    /// No stretch up to two has the preload.
+    #[error(
+        "no stretch up to 2 has the preload by the law {law}: look at the preload and the area"
+    )]
+    Preload {
+        /// The law.
+        law: &'static str,
+    },
     /// The tests do not tell the constants apart.
     #[error("the tests do not tell the constants of {law} apart: {known}")]
     NotIdentified {
@@ -107,6 +121,10 @@ pub struct Fit {
 const NO_LIMIT: f64 = 1e4;
 /// Most slack that is looked for.
 pub(crate) const MOST_SLACK: f64 = 0.1;
+/// Stretches between which a preload is looked for, and turns of the search at most: each takes most of the error
+/// away, and fifty take all that a number has of a half each.
+const PRELOADED: [f64; 2] = [1.0, 2.0];
+const MOST_TURNS: usize = 50;
 /// Least slack that is kept.
 const LEAST_SLACK: f64 = 0.002;
 /// Grid of the search for the slack, and of that for Gent's limit.
@@ -547,7 +565,13 @@ pub fn fit(
         slack,
         shift,
     };
+    if tests.iter().any(|test| test.preload != first.preload) {
+        return Err(FitError::Preloads);
+    }
     if let Some(preload) = first.preload {
+        if !matches!(slack, Slack::WhereItMatters | Slack::Given(0.0)) {
+            return Err(FitError::SlackAndPreload);
+        }
         return preloaded(&problem, first.mode, preload);
     }
     let kept = match slack {
@@ -630,7 +654,7 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
 /// found by turns.
 fn preloaded(problem: &Problem<'_>, mode: Mode, preload: f64) -> Result<Fit, FitError> {
     let mut shift = 0.0;
-    loop {
+    for _ in 0..MOST_TURNS {
         let start = Outer {
             limit: f64::INFINITY,
             slack: 0.0,
@@ -639,11 +663,17 @@ fn preloaded(problem: &Problem<'_>, mode: Mode, preload: f64) -> Result<Fit, Fit
         let (outer, _) = problem.searched(start, false, None);
         let fit = finished(problem, outer, false)?;
         let misfit = |l: f64| fit.nominal_stress(mode, l) - preload;
-        let next = taxel_numerics::roots::ridders([1.0, 2.0], misfit) - 1.0;
-        // The preload is small, so each turn takes most of the error away.
-        if (next - shift).abs() < 1e-12 || !next.is_finite() {
+        let between = misfit(PRELOADED[0]) <= 0.0 && misfit(PRELOADED[1]) >= 0.0;
+        if !between {
+            break;
+        }
+        let next = taxel_numerics::roots::ridders(PRELOADED, misfit) - 1.0;
+        if (next - shift).abs() < 1e-12 {
             return Ok(fit);
         }
         shift = next;
     }
+    Err(FitError::Preload {
+        law: problem.form.name(),
+    })
 }

@@ -1,30 +1,10 @@
 //! How well a number is known.
 
-use taxel_numerics::roots::ridders;
-use taxel_numerics::special::gauss_panel;
+use taxel_numerics::least_squares::student_quantile;
 
-/// The 97.5 % point of Student's distribution, whose degrees of freedom (1 or more) need not be
-/// whole.
-///
-/// ```
-/// // The printed table: 2.2281 for 10.
-/// assert!((taxel_material::student(10.0) - 2.2281).abs() < 5e-5);
-/// assert!((taxel_material::student(1.0) - 12.7062).abs() < 5e-5);
-/// ```
-pub fn student(freedom: f64) -> f64 {
-    let freedom = freedom.max(1.0);
-    let logarithm = libm::lgamma(f64::midpoint(freedom, 1.0)) - libm::lgamma(freedom / 2.0);
-    let scale = logarithm.exp() / (freedom * std::f64::consts::PI).sqrt();
-    let density = |t: f64| scale * (-(freedom + 1.0) / 2.0 * (t * t / freedom).ln_1p()).exp();
-    let below = |t: f64| {
-        // Panels of one half: the density is smooth over each.
-        let panels = (2.0 * t).ceil().max(1.0);
-        let width = t / panels;
-        let panel = |n: u32| gauss_panel(f64::from(n) * width, f64::from(n + 1) * width, density);
-        (0..panels as u32).map(panel).sum::<f64>() - 0.475
-    };
-    // One degree of freedom, the widest, has 12.71.
-    ridders([1.0, 13.0], below)
+/// The 97.5 % point of Student's distribution of so many degrees of freedom.
+pub(crate) fn student(freedom: f64) -> f64 {
+    student_quantile(0.975, freedom)
 }
 
 /// Both ends of the profile of the shear modulus: where `misfit`, what is left after all other

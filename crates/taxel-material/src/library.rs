@@ -21,6 +21,8 @@ pub struct Entry {
     pub note: &'static str,
 }
 
+const OF_ONE_LAW: &str =
+    "the interval is of this law alone: the choice among laws that fit as well is not in it";
 const MARECHAL: &str = "fit to Marechal et al. 2020, doi 10.1089/soro.2019.0115: ASTM D412 pull, \
      450 mm/min, strain from the crosshead; one curve";
 const TOOLKIT: &str =
@@ -30,8 +32,11 @@ const JOHNSTON: &str = "Johnston et al. 2014: E/3 of 1.32 to 2.97 MPa by curing 
 
 type Row = (&'static str, &'static str, [f64; 2], [f64; 2], &'static str);
 
-/// Name, law, interval in kPa, stretches, source. The laws and intervals of [`MARECHAL`] are those
-/// that `taxel material fit --strain-range 0..1` finds in that database.
+/// Products whose interval is the union over all laws that fit as well, as `taxel material fit --strain-range 0..1`
+/// prints it (`tests/public.rs`); the intervals of the others from that database are of their law alone.
+const OF_ALL_LAWS: [&str; 3] = ["ecoflex-00-30", "dragon-skin-30", "rtv615"];
+
+/// Name, law, interval in kPa, stretches, source.
 const ENTRIES: &[Row] = &[
     (
         "ecoflex-00-10",
@@ -195,7 +200,11 @@ fn entry(&(name, _, interval, stretch, source): &Row, law: Law) -> Entry {
         stretch: stretch[0].is_finite().then_some(stretch),
         mode: Mode::Uniaxial,
         source,
-        note: if name == "ecoflex-00-30" { ECOFLEX } else { "" },
+        note: match name {
+            "ecoflex-00-30" => ECOFLEX,
+            _ if source == MARECHAL && !OF_ALL_LAWS.contains(&name) => OF_ONE_LAW,
+            _ => "",
+        },
     }
 }
 

@@ -116,8 +116,11 @@ fn lost(law: &Law, l: [f64; 3]) -> Option<&'static str> {
     (!elliptic).then_some(ELLIPTICITY)
 }
 
+/// Ratios of [`equibiaxial_ratio`] that rubber has; they rest on natural rubber.
+pub const SANE: std::ops::RangeInclusive<f64> = 0.8..=1.6;
+
 /// Stress in equibiaxial over uniaxial tension at a stretch of 1.4, over that of a
-/// neo-Hookean solid; sane from 0.8 to 1.6.
+/// neo-Hookean solid.
 pub fn equibiaxial_ratio(law: &Law) -> f64 {
     let ratio = |law: &Law| {
         law.nominal_stress(Mode::Equibiaxial, 1.4) / law.nominal_stress(Mode::Uniaxial, 1.4)

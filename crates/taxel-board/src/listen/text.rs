@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde_json::Value;
+use taxel_ground::shown;
 
 use super::{Found, LEAST, Proposal};
 
@@ -221,7 +222,7 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
         .collect();
     let list = templates
         .iter()
-        .map(|template| format!("  {},\n", quoted(template)));
+        .map(|template| format!("  {},\n", shown::toml(template)));
     let mut body = format!(
         "\n[framing.lines]\ntemplate = [\n{}]\n",
         list.collect::<Vec<_>>().concat()
@@ -241,11 +242,6 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
         evidence,
         found: Found::default(),
     })
-}
-
-/// A text in quotes, as TOML has it.
-fn quoted(text: &str) -> String {
-    Value::String(text.to_owned()).to_string()
 }
 
 /// Names that are given to values, each once.
@@ -448,7 +444,7 @@ fn json(lines: &[&str]) -> Option<Proposal> {
                 format!("is = \"value\", name = \"{name}\"{hexadecimal}")
             }
         };
-        let _ = writeln!(fields, "  {{ {field}, key = {} }},", quoted(key));
+        let _ = writeln!(fields, "  {{ {field}, key = {} }},", shown::toml(key));
     }
     Some(Proposal {
         body: format!(

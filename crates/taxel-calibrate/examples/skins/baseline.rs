@@ -41,12 +41,12 @@ impl Inputs {
 
 /// Estimates of targets (NaN: none) of a further run by each of the plain maps of runs.
 pub(crate) fn estimates(
-    runs: &[Inputs],
+    runs: &[&Inputs],
     targets: &[Vec<f64>],
     further: &Inputs,
 ) -> Vec<(&'static str, Vec<f64>)> {
     let plain: Vec<Vec<Vec<f64>>> = runs.iter().map(|run| run.rows.clone()).collect();
-    let creep: Vec<Vec<Vec<f64>>> = runs.iter().map(Inputs::with_creep).collect();
+    let creep: Vec<Vec<Vec<f64>>> = runs.iter().map(|run| run.with_creep()).collect();
     vec![
         ("ridge", ridge(&plain, targets, &further.rows)),
         (
@@ -66,7 +66,7 @@ pub(crate) fn estimates(
 struct Scaled {
     rows: Vec<Vec<f64>>,
     known: Vec<f64>,
-    /// Number of the run of each.
+    /// Number of the run of each; of the fifth of the only one.
     of: Vec<usize>,
     /// Mean and deviation of each column.
     law: Vec<[f64; 2]>,
@@ -83,6 +83,12 @@ fn scaled(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>]) -> Scaled {
             rows.push(row.clone());
             known.push(*target);
             of.push(number);
+        }
+    }
+    if runs.len() == 1 {
+        let count = of.len().max(1);
+        for (at, of) in of.iter_mut().enumerate() {
+            *of = 5 * at / count;
         }
     }
     let width = rows.first().map_or(0, Vec::len);
@@ -124,15 +130,9 @@ fn ridge(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -> 
     let Scaled {
         rows,
         known,
-        mut of,
+        of,
         law,
     } = scaled(runs, targets);
-    if runs.len() == 1 {
-        let count = of.len().max(1);
-        for (at, of) in of.iter_mut().enumerate() {
-            *of = 5 * at / count;
-        }
-    }
     let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
     let parts: Vec<(Mat<f64>, Mat<f64>)> = (0..=of.iter().copied().max().unwrap_or(0))
         .map(|group| {
@@ -197,15 +197,9 @@ fn kernels(runs: &[Vec<Vec<f64>>], targets: &[Vec<f64>], further: &[Vec<f64>]) -
     let Scaled {
         rows,
         known,
-        mut of,
+        of,
         law,
     } = scaled(runs, targets);
-    if runs.len() == 1 {
-        let count = of.len().max(1);
-        for (at, of) in of.iter_mut().enumerate() {
-            *of = 5 * at / count;
-        }
-    }
     let last = of.iter().copied().max().unwrap_or(0);
     let step = rows.len().div_ceil(ROWS).max(1);
     let kept: Vec<usize> = (0..rows.len()).step_by(step).collect();

@@ -311,13 +311,7 @@ fn judged(task: &Task, remarks: bool) -> Result<(String, Vec<f64>), Failed> {
         .iter()
         .map(|file| Table::of(&file.text))
         .collect::<Result<_, _>>()?;
-    let inputs: Vec<Inputs> = runs
-        .iter()
-        .map(|run| Inputs {
-            times: run.inputs.times.clone(),
-            rows: run.inputs.rows.clone(),
-        })
-        .collect();
+    let inputs: Vec<&Inputs> = runs.iter().map(|run| &run.inputs).collect();
     let (mut text, mut ratios) = (String::new(), Vec::new());
     if remarks {
         for remark in &outcome.outcome.remarks {

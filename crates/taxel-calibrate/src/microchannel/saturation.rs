@@ -48,7 +48,7 @@ pub(crate) struct Plateau {
 /// Distance from the mean of `count` readings that another one of theirs exceeds with no
 /// more than this chance, in their scatter.
 fn apart(chance: f64, count: usize) -> f64 {
-    student_quantile(1.0 - chance, count - 1) * (1.0 + 1.0 / count as f64).sqrt()
+    student_quantile(1.0 - chance, (count - 1) as f64) * (1.0 + 1.0 / count as f64).sqrt()
 }
 
 impl Plateau {
@@ -114,7 +114,7 @@ fn spread(points: &[[f64; 2]]) -> [f64; 2] {
 /// True if the signals do not clearly change along the loads.
 fn is_flat(points: &[[f64; 2]]) -> bool {
     line(points).is_some_and(|[slope, deviation]| {
-        slope.abs() <= student_quantile(1.0 - FLAT, points.len() - 2) * deviation
+        slope.abs() <= student_quantile(1.0 - FLAT, (points.len() - 2) as f64) * deviation
     })
 }
 
@@ -169,7 +169,7 @@ impl MicrochannelCalibrator<'_> {
                 return (parameter, estimate);
             };
             let deviation = plateau.scatter / (plateau.count as f64).sqrt();
-            let half = student_quantile(0.975, plateau.count - 1) * deviation;
+            let half = student_quantile(0.975, (plateau.count - 1) as f64) * deviation;
             saturated.push(format!(
                 "{:.4} kPa on, {} readings of loading ({name})",
                 plateau.from * 1e-3,

@@ -167,7 +167,7 @@ fn slope(table: &Table, place: usize) -> Option<Derived> {
     let misfit: f64 = points().map(|[x, y]| (y - value * x).powi(2)).sum();
     let mean = points().map(|[_, y]| y).sum::<f64>() / count;
     let spread: f64 = points().map(|[_, y]| (y - mean).powi(2)).sum();
-    let half = student_quantile(0.975, sums.len() - 1) * (misfit / (count - 1.0) / square).sqrt();
+    let half = student_quantile(0.975, count - 1.0) * (misfit / (count - 1.0) / square).sqrt();
     if !(value.is_finite() && half.is_finite() && spread > 0.0) {
         return None;
     }

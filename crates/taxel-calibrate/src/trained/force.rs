@@ -57,8 +57,8 @@ pub(super) fn train(
             .extend(session.scale_clock.map(|clock| of_clock(&run.name, clock)));
     }
     let offset = delay_of_scale(&sessions).map_err(failed)?;
-    let trained = train_forces(&sessions, offset, tared).map_err(failed)?;
     same_clock(&last.name, &sessions)?;
+    let trained = train_forces(&sessions, offset, tared).map_err(failed)?;
     tells_force(&last.name, &sessions, &trained)?;
     found.remarks.extend(mixture(&trained));
     found.remarks.push(among(&trained, runs.len()));

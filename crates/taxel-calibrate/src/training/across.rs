@@ -484,7 +484,7 @@ mod tests {
             own += u32::from(error < NORMAL_95 * found.gain);
             let square = 0.5 * (one - two).powi(2);
             let variance = (USUAL[0].powi(2) + 6.0 * square) / 8.0;
-            let reach = student_quantile(0.975, 8) * (of_mean(2) * variance).sqrt();
+            let reach = student_quantile(0.975, 8.0) * (of_mean(2) * variance).sqrt();
             pooled += u32::from(error < reach);
         }
         for (held, expected) in [(own, 0.950), (pooled, 0.863)] {

@@ -28,7 +28,7 @@ pub(super) fn share(runs: usize) -> f64 {
 /// freedom beside [`USUAL_DEGREES`].
 pub(super) fn deviation(usual: f64, squares: f64, held_out: usize, trained: usize) -> f64 {
     let degrees = USUAL_DEGREES + held_out - 1;
-    let student = student_quantile(0.975, degrees) / NORMAL_95;
+    let student = student_quantile(0.975, degrees as f64) / NORMAL_95;
     let usual = USUAL_DEGREES as f64 * usual / of_mean(1);
     let variance = (usual + squares.max(0.0)) / degrees as f64;
     student * (of_mean(trained) * variance).sqrt()

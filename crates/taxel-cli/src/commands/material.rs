@@ -199,7 +199,7 @@ fn check(arguments: &MaterialCheck) -> Result<Done, Stop> {
     }
     let loss = material::first_loss(&law, low, high);
     let ratio = material::equibiaxial_ratio(&law);
-    let sane = (0.8..=1.6).contains(&ratio);
+    let sane = material::SANE.contains(&ratio);
     let stresses: Vec<Value> = [0.6, 1.1, 1.5, 2.0]
         .map(|l| {
             let of = |mode: Mode| law.nominal_stress(mode, l);
@@ -235,7 +235,9 @@ fn check(arguments: &MaterialCheck) -> Result<Done, Stop> {
         };
         let _ = writeln!(
             text,
-            "equibiaxial over uniaxial stress, neo-Hookean 1: {ratio:.3}, {verdict} (0.8 to 1.6)"
+            "equibiaxial over uniaxial stress, neo-Hookean 1: {ratio:.3}, {verdict} ({} to {})",
+            material::SANE.start(),
+            material::SANE.end()
         );
         text
     })?;
@@ -599,7 +601,8 @@ impl Answered<'_> {
         modes.dedup();
         let name = self.specimens.first().map_or("", |one| one.name.as_str());
         let mut text = format!(
-            "schema = 1\nname = {name:?}\nlaw = {law}\ncompressibility = \"incompressible\"\n"
+            "schema = 1\nname = {}\nlaw = {law}\ncompressibility = \"incompressible\"\n",
+            taxel_ground::shown::toml(name)
         );
         let _ = writeln!(
             text,
@@ -627,8 +630,8 @@ impl Answered<'_> {
         for (one, hash) in self.specimens.iter().zip(hashes) {
             let _ = writeln!(
                 text,
-                "    {{ file = {:?}, sha256 = \"{hash}\", mode = {:?}, points = {}, slack = {} }},",
-                one.name,
+                "    {{ file = {}, sha256 = \"{hash}\", mode = {:?}, points = {}, slack = {} }},",
+                taxel_ground::shown::toml(&one.name),
                 one.mode.name(),
                 one.points.len(),
                 candidate.fit.slack

@@ -389,7 +389,7 @@ fn report(
 /// residuals is itself uncertain.
 fn quantile(scale: f64, noise: NoiseSize, freedom: usize) -> f64 {
     let known = noise == NoiseSize::Given && scale == 1.0;
-    student_quantile(0.975, if known { usize::MAX } else { freedom })
+    student_quantile(0.975, if known { f64::INFINITY } else { freedom as f64 })
 }
 
 /// Reach of an interval from a value that a bound keeps `beyond` away from the least sum:
@@ -412,7 +412,7 @@ fn estimate(
     let (status, interval) = match (of_data, parameter.prior) {
         (None, _) => (Status::Fixed, [value; 2]),
         (Some(_), Some(prior)) if deviation > PRIOR_ONLY * prior.deviation => {
-            let half = student_quantile(0.975, usize::MAX) * prior.deviation;
+            let half = student_quantile(0.975, f64::INFINITY) * prior.deviation;
             (Status::PriorOnly, around(prior.value, half))
         }
         (Some(of_data), None) if of_data > 1.0 => (Status::NotIdentifiable, [low, high]),

@@ -2,12 +2,12 @@
 
 use std::io::{Read, Result, Write};
 
+use super::TouchMessage;
 use super::cdr::Encoder;
 use super::message::Message as _;
 use super::reader::McapReader;
 use super::record::{MAGIC, code, put, put_map, put_text, put_u16, put_u32, put_u64};
 use super::schemas::Topic;
-use super::{ContactMessage, TouchMessage};
 
 /// Frame of the sensor in all heads.
 const FRAME: &str = "taxel";
@@ -77,13 +77,28 @@ fn head(fields: &mut Encoder<'_>, utc_ns: u64) {
     fields.string(FRAME);
 }
 
+/// Codes of the states in which a value is no more than a bound: closed, out of range, saturated.
+const BOUNDS: [u8; 3] = [2, 3, 8];
+/// Code of a force that is one.
+const EXACT: u8 = 0;
+
+/// A force of which `certainty` is the code, not a number where it is no more than a bound: a standard message has no
+/// place to say so.
+fn exact(force: [f64; 3], certainty: Option<u8>) -> [f64; 3] {
+    let bound = certainty.is_some_and(|code| code != EXACT);
+    if bound { [f64::NAN; 3] } else { force }
+}
+
 /// The total that acts on the sensor, in its right-handed frame: what presses is negative along z.
 fn wrench(touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
     let mut fields = Encoder::new(out);
     head(&mut fields, utc_ns);
-    let [x, y, pressing] = touch.force;
+    let certainty = touch.certainty.as_ref();
+    let [force, moment] =
+        [touch.force, touch.moment].map(|part| exact(part, certainty.map(|of| of.total)));
+    let [x, y, pressing] = force;
     fields.f64s([x, y, -pressing]);
-    fields.f64s(touch.moment);
+    fields.f64s(moment);
 }
 
 /// The values of the taxels, row 0 on top, as numbers of 32 bits.
@@ -99,8 +114,13 @@ fn image(touch: &TouchMessage, columns: usize, utc_ns: u64, out: &mut Vec<u8>) {
     fields.string(if each == 3 { "32FC3" } else { "32FC1" });
     fields.u8(0);
     fields.u32(step as u32);
-    let values = touch.values.iter().take(rows * columns * each);
-    let data: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+    let values = touch.values.iter().take(rows * columns * each).enumerate();
+    let data = values.flat_map(|(place, value)| {
+        let state = touch.states.get(place / each);
+        let bound = state.is_some_and(|state| BOUNDS.contains(state));
+        if bound { f32::NAN } else { *value }.to_le_bytes()
+    });
+    let data: Vec<u8> = data.collect();
     fields.bytes(&data);
 }
 
@@ -117,7 +137,8 @@ const FIELDS: [&str; 8] = [
 ];
 
 /// The contacts as points: on a cylinder, on its developed surface.
-fn contacts(contacts: &[ContactMessage], utc_ns: u64, out: &mut Vec<u8>) {
+fn contacts(touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
+    let contacts = &touch.contacts;
     let mut fields = Encoder::new(out);
     head(&mut fields, utc_ns);
     let step = 4 * FIELDS.len();
@@ -135,8 +156,11 @@ fn contacts(contacts: &[ContactMessage], utc_ns: u64, out: &mut Vec<u8>) {
     fields.u32(step as u32);
     fields.u32((step * contacts.len()) as u32);
     let mut data = Vec::with_capacity(step * contacts.len());
-    for contact in contacts {
-        let ([x, y], [force_x, force_y, force_z]) = (contact.centre, contact.force);
+    for (number, contact) in contacts.iter().enumerate() {
+        let certainty = touch.certainty.as_ref();
+        let certainty = certainty.and_then(|of| of.contacts.get(number).copied());
+        let [x, y] = contact.centre;
+        let [force_x, force_y, force_z] = exact(contact.force, certainty);
         let deviation = contact.force_deviation[2];
         for value in [
             x,
@@ -217,7 +241,7 @@ pub fn write_ros2<R: Read>(
                 match topic {
                     Standard::Wrench => wrench(&touch, entry.log_time, &mut body),
                     Standard::Image => image(&touch, columns, entry.log_time, &mut body),
-                    Standard::Contacts => contacts(&touch.contacts, entry.log_time, &mut body),
+                    Standard::Contacts => contacts(&touch, entry.log_time, &mut body),
                 }
                 message(topic.number(), entry.sequence, &body);
             }
@@ -236,4 +260,63 @@ pub fn write_ros2<R: Read>(
     records.extend_from_slice(&MAGIC);
     out.write_all(&records)?;
     Ok(frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{CertaintyMessage, ContactMessage};
+    use super::*;
+
+    /// Numbers of 4 bytes at the end of a message, before `after` bytes more.
+    fn last(bytes: &[u8], count: usize, after: usize) -> Vec<f32> {
+        let bytes = &bytes[..bytes.len() - after];
+        let bytes = &bytes[bytes.len() - 4 * count..];
+        bytes
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|b| f32::from_le_bytes(*b))
+            .collect()
+    }
+
+    #[test]
+    fn what_is_no_more_than_a_bound_is_no_number_of_a_standard_message() {
+        for (code, state) in [(0, 0), (1, 8), (2, 2)] {
+            let touch = TouchMessage {
+                components: 1,
+                values: vec![1.0, 2.0],
+                states: vec![0, state],
+                force: [0.0, 0.0, 3.0],
+                contacts: vec![ContactMessage {
+                    force: [0.0, 0.0, 3.0],
+                    ..ContactMessage::default()
+                }],
+                certainty: Some(CertaintyMessage {
+                    total: code,
+                    contacts: vec![code],
+                    ..CertaintyMessage::default()
+                }),
+                ..TouchMessage::default()
+            };
+            let is_exact = code == 0;
+            let mut body = Vec::new();
+            wrench(&touch, 0, &mut body);
+            let z = &body[body.len() - 32..body.len() - 24];
+            let z = f64::from_le_bytes(z.try_into().unwrap());
+            assert_eq!((z == -3.0, z.is_nan()), (is_exact, !is_exact), "{code}");
+            body.clear();
+            image(&touch, 2, 0, &mut body);
+            let found = last(&body, 2, 0);
+            assert_eq!((found[0], found[1].is_nan()), (1.0, !is_exact), "{state}");
+            body.clear();
+            contacts(&touch, 0, &mut body);
+            // Behind the numbers of the point is whether all are known.
+            let found = last(&body, FIELDS.len(), 1);
+            assert_eq!(
+                (found[5] == 3.0, found[5].is_nan()),
+                (is_exact, !is_exact),
+                "{code}"
+            );
+        }
+    }
 }

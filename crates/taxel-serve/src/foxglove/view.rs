@@ -1,12 +1,14 @@
 //! A frame as messages of the types that Foxglove draws.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD as STANDARD;
 use serde_json::{Map, Value, json};
-use taxel::estimation::Meaning;
+use taxel::estimation::{Meaning, State};
 use taxel::layout::{Layout, TaxelFrame};
 
 use crate::events::EventRecord;
 use crate::message::{CONTACT, HEADER};
-use crate::out::{Columns, FrameMessage};
+use crate::out::{Columns, ContactOfFrame, FrameMessage};
 
 /// Schemas of the types of Foxglove that are sent, from the package `@foxglove/schemas` (MIT) without
 /// their words.
@@ -89,25 +91,6 @@ fn time(utc_ns: u64) -> Value {
     json!({"sec": utc_ns / 1_000_000_000, "nsec": utc_ns % 1_000_000_000})
 }
 
-/// Bytes in the 64 letters of JSON.
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let byte = |at: usize| u32::from(three.get(at).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for letter in 0..4 {
-            let index = (bits >> (18 - 6 * letter)) as usize & 63;
-            text.push(if letter <= three.len() {
-                char::from(LETTERS[index])
-            } else {
-                '='
-            });
-        }
-    }
-    text
-}
-
 /// The rotation of the x axis onto a unit vector, as a quaternion.
 fn turned_to([x, y, z]: [f64; 3]) -> Value {
     // Half-way between the two; about z where they are opposed.
@@ -118,6 +101,16 @@ fn turned_to([x, y, z]: [f64; 3]) -> Value {
         [0.0, 0.0, 1.0, 0.0]
     };
     json!({"x": i, "y": j, "z": k, "w": w})
+}
+
+/// Number and pressing force of a contact, which may be a bound or unknown.
+fn labelled(contact: &ContactOfFrame) -> String {
+    let (id, force, deviation) = (contact.id, contact.force[2], contact.force_deviation[2]);
+    match contact.certainty {
+        Some("exact") => format!("{id}: {force:.3} ± {deviation:.3}"),
+        Some("at_least") => format!("{id}: at least {force:.3}"),
+        _ => format!("{id}: not known"),
+    }
 }
 
 fn length([x, y, z]: [f64; 3]) -> f64 {
@@ -257,14 +250,21 @@ impl View {
             "row_stride": 4 * names.len() * columns,
             "cell_stride": 4 * names.len(),
             "fields": fields.collect::<Vec<_>>(),
-            "data": base64(&data),
+            "data": STANDARD.encode(&data),
         })
     }
 
     /// Pressing values as an image, row 0 on top.
     fn image(&self, frame: &FrameMessage<'_>, utc_ns: u64) -> Value {
-        let values = self.values(frame.values()).into_iter();
-        let data: Vec<u8> = values.flat_map(|[_, _, z]| z.to_le_bytes()).collect();
+        // An image has no place for the state of a value: what is a bound is left out.
+        let values = self.values(frame.values()).into_iter().zip(frame.states());
+        let data = values.flat_map(|([_, _, z], state)| {
+            let bound = State::ALL
+                .get(usize::from(state))
+                .is_some_and(|state| state.is_bound());
+            if bound { f32::NAN } else { z }.to_le_bytes()
+        });
+        let data: Vec<u8> = data.collect();
         json!({
             "timestamp": time(utc_ns),
             "frame_id": SENSOR,
@@ -272,7 +272,7 @@ impl View {
             "height": self.layout.rows,
             "encoding": "32FC1",
             "step": 4 * self.layout.columns,
-            "data": base64(&data),
+            "data": STANDARD.encode(&data),
         })
     }
 
@@ -321,7 +321,7 @@ impl View {
                 "font_size": 0.5 * pitch,
                 "scale_invariant": false,
                 "color": colour(1.0, 1.0, 1.0),
-                "text": format!("{}: {:.3} ± {:.3}", contact.id, contact.force[2], contact.force_deviation[2]),
+                "text": labelled(&contact),
             }));
         }
         json!({
@@ -349,20 +349,6 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn bytes_are_letters() {
-        // The vectors of RFC 4648.
-        for (bytes, text) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ] {
-            assert_eq!(base64(bytes.as_bytes()), text);
-        }
-    }
 
     #[test]
     fn arrows_point_along_their_force() {

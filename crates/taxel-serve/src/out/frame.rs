@@ -49,6 +49,8 @@ pub(crate) struct ContactOfFrame {
     pub(crate) centre: [f64; 2],
     pub(crate) force: [f64; 3],
     pub(crate) force_deviation: [f64; 3],
+    /// How much the force says, by name.
+    pub(crate) certainty: Option<&'static str>,
 }
 
 impl Columns {
@@ -177,6 +179,7 @@ impl FrameMessage<'_> {
                 centre: self.f64s(at + 16),
                 force: self.f64s(at + 72),
                 force_deviation: self.f64s(at + 96),
+                certainty: certainty(self.f64(at + 152) as u8),
             }
         })
     }

@@ -12,7 +12,7 @@ mod sink;
 mod table;
 mod tcp;
 
-pub(crate) use frame::{Columns, FrameMessage};
+pub(crate) use frame::{Columns, ContactOfFrame, FrameMessage};
 pub(crate) use output::Outlet;
 pub use output::{LineOutput, LineOutputError, LineSummary};
 pub use sink::LineFormat;

@@ -98,6 +98,7 @@ impl Sink for Osc {
             for value in [x, y, contact.force[2], contact.force_deviation[2]] {
                 self.message.float(value);
             }
+            self.message.text(contact.certainty.unwrap_or("unknown"));
             self.send("/taxel/contact")?;
         }
         self.floats("/taxel/readings", frame.readings().map(f64::from))?;
