@@ -478,6 +478,12 @@ impl Answered<'_> {
             }
             None => text.push_str("the misfit is systematic: no interval\n"),
         }
+        let points: usize = self.specimens.iter().map(|one| one.points.len()).sum();
+        let _ = writeln!(
+            text,
+            "its {points} points count as {:.0}: the misfit of neighbours is alike",
+            candidate.fit.effective
+        );
         match self.each.as_deref().and_then(material::specimens) {
             Some(found) => {
                 let _ = writeln!(

@@ -636,17 +636,34 @@ mod tests {
         }
     }
 
+    /// Beyond all readings of training the sums that rise faster than a reading stay, so that one harder press on a
+    /// channel is no more than a straight line makes of it.
+    #[test]
+    fn beyond_training_sums_rise_no_faster_than_a_reading() {
+        let law = law(4, &mut Noise::seeded(4));
+        let at = |x: f64| law.sums(&[x, 0.0, 0.0, 0.0]);
+        let end = law.most / law.relative[0];
+        for factor in [1.0, 1.5, 30.0] {
+            let (found, last) = (at(factor * end), at(end));
+            assert!((found[0] / last[0] - factor).abs() < 1e-12, "{factor}");
+            assert!(found[1] <= factor * last[1]);
+            assert_eq!(found[2..], last[2..], "{factor}");
+        }
+    }
+
     /// Slopes are the differences of the sum of the features, with the memory that stays and with one that
     /// comes along, of few channels and of so many that they are taken along directions.
     #[test]
     fn slopes_are_those_of_the_sum() {
         let mut noise = Noise::seeded(3);
-        for width in [4, 70, 410] {
+        // The first reading within those of training, and beyond.
+        for (width, first) in [(4, 0.3), (70, 0.3), (410, 0.3), (4, 7.0), (70, -7.0)] {
             let law = law(width, &mut noise);
             assert!(law.is_sound(width));
             let mut vector =
                 |n: usize| -> Vec<f64> { (0..n).map(|_| 0.3 * noise.normal()).collect() };
-            let x = vector(width);
+            let mut x = vector(width);
+            x[0] = first;
             let weights = vector(law.len());
             let slow = vector(3 * law.slow());
             let slow_sums = vector(4 * SUMS);
