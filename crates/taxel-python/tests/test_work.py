@@ -177,7 +177,7 @@ def test_every_public_class_pickles_or_says_why_not() -> None:
         sensor.information(fz="5 N"), next(iter(calibration.parameters.values())), taxel.State.OK,
         taxel.Certainty.EXACT,
         taxel.InputError("m", "f", 3, "k"), taxel.SolveError("m"), taxel.FrameError("m"), taxel.TaxelError("m"),
-        fem.MooneyRivlin(1.0), fem.Yeoh(1.0, 0.0, 0.0), fem.LinearElastic(1.0, 0.3), CELL, fem.Laplace(mesh, {"solid": 1.0}),
+        fem.MooneyRivlin(1.0), fem.Yeoh(1.0, 0.0, 0.0), fem.Gent(1.0, 50.0), fem.LinearElastic(1.0, 0.3), CELL, fem.Laplace(mesh, {"solid": 1.0}),
         fem.Laplace(mesh, {"solid": 1.0}).capacitance(["top"], zero=["bottom"]),
         fem.Laplace(mesh, {"solid": 1.0}).resistance("top", "bottom"), fem.VoidStudy(CELL, SOLID), _posed(mesh),
         fem.Closure(*range(6)), taxel.TrainedMap("eflesh-lattice"),
