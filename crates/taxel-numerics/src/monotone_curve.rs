@@ -93,6 +93,47 @@ impl MonotoneCurve {
         Ok(Self { points, slopes })
     }
 
+    /// The curve through `points` and others between them, each half way in y, which `at` gives: as many as it
+    /// takes to be off by no more than `tolerance` in y there. Where the slope jumps they lie close.
+    ///
+    /// # Errors
+    /// As [`MonotoneCurve::new`], and those of `at`.
+    pub fn refined<E: From<CurveError>>(
+        mut points: Vec<[f64; 2]>,
+        tolerance: f64,
+        at: impl Fn(f64) -> Result<[f64; 2], E>,
+    ) -> Result<Self, E> {
+        // True for the piece before a point, when it needs no point within.
+        let mut fine = vec![false; points.len()];
+        loop {
+            let curve = Self::new(points, None)?;
+            if fine[1..].iter().all(|fine| *fine) {
+                return Ok(curve);
+            }
+            let (mut next, mut next_fine) = (vec![curve.points[0]], vec![true]);
+            for (pair, fine) in curve.points.windows(2).zip(&fine[1..]) {
+                let mut done = *fine;
+                let [from, to] = [pair[0], pair[1]];
+                // A piece of so little height cannot be off by more.
+                if !done && (to[1] - from[1]).abs() > tolerance {
+                    let middle = at(f64::midpoint(from[1], to[1]))?;
+                    let off = match curve.at(middle[0]) {
+                        OnCurve::Inside { value, .. } => (value - middle[1]).abs(),
+                        _ => f64::INFINITY,
+                    };
+                    done = off <= tolerance;
+                    next.push(middle);
+                    next_fine.push(done);
+                } else {
+                    done = true;
+                }
+                next.push(to);
+                next_fine.push(done);
+            }
+            (points, fine) = (next, next_fine);
+        }
+    }
+
     /// The curve through `points` whose slopes dy/dx are known there; they are limited so that it is
     /// monotone between points.
     ///
@@ -250,6 +291,26 @@ mod tests {
         }
         for wrong in [&slopes[..3], &[1.0, f64::NAN, 1.0, 1.0]] {
             assert!(MonotoneCurve::with_slopes(points.clone(), wrong).is_err());
+        }
+    }
+
+    /// A law with a bend at 0.3137, rising and falling: no point is off by more than twice the tolerance, which is
+    /// kept half way, with a sixth of the points that it takes everywhere.
+    #[test]
+    fn a_bend_between_points_is_found() {
+        for sign in [1.0, -1.0] {
+            let law = |y: f64| y + 0.1 * y * y + 5.0 * (y - 0.3137).max(0.0);
+            let at = |y: f64| Ok::<_, CurveError>([law(sign * y), y]);
+            let points: Vec<_> = (0..=8)
+                .map(|i| at(sign * f64::from(i) / 8.0).unwrap())
+                .collect();
+            let curve = MonotoneCurve::refined(points, 1e-5, at).unwrap();
+            for i in 0..10_000 {
+                let y = sign * f64::from(i) / 10_000.0;
+                let off = (value(&curve, law(y.abs())) - y).abs();
+                assert!(off < 2e-5, "{y}: {off}");
+            }
+            assert!(curve.points().len() < 80, "{}", curve.points().len());
         }
     }
 

@@ -62,9 +62,12 @@ pub enum MicrochannelSignal {
     Impossible,
 }
 
-/// Points of a pressure curve: close enough that the bend of the closing curve
-/// at the first touch lies between near neighbours.
-const POINTS: u32 = 200;
+/// Points that a pressure curve begins with.
+const POINTS: u32 = 64;
+/// Error of a pressure curve between its points, as a share of its largest pressure: less than a step of
+/// a converter of 16 bits. At the first touch, where the curve bends, an error of a thousandth would be ten
+/// times that of the noise.
+const TOLERANCE: f64 = 1e-5;
 
 impl MicrochannelModel {
     /// The model of a channel of `layer` of which one taxel takes `share` of
@@ -81,15 +84,18 @@ impl MicrochannelModel {
         saturation: f64,
     ) -> Result<Self, MicrochannelError> {
         let end = highest_known(layer, share)?;
-        let points = (0..=POINTS).map(|i| {
-            let pressure = end * f64::from(i) / f64::from(POINTS);
+        let at = |pressure: f64| {
             let response = layer.respond(&pressed(share, pressure))?;
-            Ok([if i == 0 { 0.0 } else { response.change }, pressure])
-        });
-        let points: Vec<_> = points.collect::<Result<_, MicrochannelError>>()?;
+            let change = if pressure > 0.0 { response.change } else { 0.0 };
+            Ok::<_, MicrochannelError>([change, pressure])
+        };
+        let step = end / f64::from(POINTS);
+        let points = (0..=POINTS).map(|i| at(step * f64::from(i)));
+        let points = points.collect::<Result<_, _>>()?;
+        let pressure = MonotoneCurve::refined(points, TOLERANCE * end, at)?;
         Ok(Self {
             rest_resistance: layer.conductor.rest_resistance(),
-            pressure: MonotoneCurve::new(points, None)?,
+            pressure,
             deviation,
             saturation,
         })

@@ -11,7 +11,9 @@ use super::reader::{
 };
 use super::touch::{ChannelReadings, ChannelState, State, TaxelTouch, Touch};
 use super::{ChannelFacts, Wiring};
-use crate::calibration::{MicrochannelCalibration, MicrochannelModel, MicrochannelSignal};
+use crate::calibration::{
+    ChannelScale, MicrochannelCalibration, MicrochannelModel, MicrochannelSignal,
+};
 use crate::mechanics::{ForceHysteresis, LoadHistory};
 use taxel_numerics::OnCurve;
 
@@ -39,7 +41,7 @@ pub enum MicrochannelState {
 /// One channel in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MicrochannelTouch {
-    /// Resistance without leads, Ω; `None` when saturated or faulty.
+    /// Resistance without leads and drift, Ω; `None` when saturated or faulty.
     pub resistance: Option<f64>,
     /// Relative change R/R₀ − 1 against the captured rest.
     pub change: Option<f64>,
@@ -151,17 +153,22 @@ impl MicrochannelReader {
             self.below[channel] = false;
             self.channels[channel] = match channels.states[channel] {
                 ChannelState::Ok | ChannelState::Closed => {
-                    let noise = model.deviation * scale.slope(resistance);
-                    let noise = (noise * noise + known.drift_variance(channel)).sqrt();
-                    let least = self.options.contact_deviations * noise;
-                    let expected = rest + known.drift(channel);
-                    let end = model.saturated_resistance(scale);
-                    self.below[channel] = resistance < expected - least;
-                    loaded(model, [*rest, expected], [resistance, end], noise, least)
+                    let signal = &scale.signal;
+                    // Drift is an offset of what is read, and a divider bends it under load.
+                    let offset = signal.of(rest + known.drift(channel)) - signal.of(*rest);
+                    let still = |ohm| signal.resistance_below_open(signal.of(ohm) - offset);
+                    let end = still(model.saturated_resistance(scale));
+                    still(resistance).map_or(closed(model, scale), |resistance| {
+                        let [slope, at_rest] = [resistance, *rest].map(|ohm| scale.slope(ohm));
+                        let variance = known.drift_variance(channel) * (slope / at_rest).powi(2);
+                        let noise = (model.deviation * slope).hypot(variance.sqrt());
+                        let least = self.options.contact_deviations * noise;
+                        self.below[channel] = resistance < rest - least;
+                        let end = end.unwrap_or(f64::INFINITY);
+                        loaded(model, *rest, [resistance, end], noise, least)
+                    })
                 }
-                ChannelState::Saturated => without_resistance(MicrochannelState::Saturated {
-                    at_least: model.saturated_pressure(scale),
-                }),
+                ChannelState::Saturated => closed(model, scale),
                 ChannelState::Faulty | ChannelState::Masked => {
                     without_resistance(MicrochannelState::Faulty)
                 }
@@ -271,6 +278,18 @@ impl Reader for MicrochannelReader {
         Some(&self.occupied)
     }
 
+    /// A quiet taxel adds nothing, and its deviation is that of a touch that its channels would not
+    /// show: of the errors of a sum that is the scatter only where nothing is pressed.
+    fn sum_variance(&self, _sum: f64) -> Option<f64> {
+        let pressed = self.taxels.iter().zip(&self.calibration.masked);
+        let pressed = pressed.filter_map(|(taxel, masked)| match taxel {
+            TaxelPressure::Pressed { deviation, .. } if !masked => Some(deviation * deviation),
+            TaxelPressure::AtLeast { .. } if !masked => Some(f64::NAN),
+            _ => None,
+        });
+        pressed.reduce(|sum, variance| sum + variance)
+    }
+
     fn set_rest(&mut self, rest: &[f64], _noise: &[f64]) {
         let drawn = drawn(&self.calibration);
         for ((own, rest), drawn) in self.rest.iter_mut().zip(rest).zip(drawn) {
@@ -369,23 +388,23 @@ fn models(calibration: &MicrochannelCalibration) -> impl Iterator<Item = &Microc
 /// deviations may be one at the end: its pressure is a lower bound.
 const AT_END: f64 = 3.0;
 
-/// Load of the channel that reads `resistance` with the deviation `noise`
+/// Load of the channel that reads `resistance` without its drift, with the deviation `noise`,
 /// and is active above rest by `least`; its readings end at `end`, all in Ω.
 fn loaded(
     model: &MicrochannelModel,
-    [rest, empty]: [f64; 2],
+    rest: f64,
     [resistance, end]: [f64; 2],
     noise: f64,
     least: f64,
 ) -> MicrochannelTouch {
-    let change = (resistance - empty) / rest;
+    let change = (resistance - rest) / rest;
     let may_be = resistance + AT_END * noise;
     let at_end = || {
-        let curve = model.pressure.at((may_be - empty) / rest);
+        let curve = model.pressure.at((may_be - rest) / rest);
         may_be >= end || matches!(curve, OnCurve::Above(_))
     };
     let state = match model.pressure.at(change) {
-        _ if resistance - empty <= least => MicrochannelState::Quiet,
+        _ if resistance - rest <= least => MicrochannelState::Quiet,
         OnCurve::Inside { value, .. } if at_end() => {
             MicrochannelState::Saturated { at_least: value }
         }
@@ -401,6 +420,12 @@ fn loaded(
         change: Some(change),
         state,
     }
+}
+
+/// A channel that reads what it does at its end or beyond.
+fn closed(model: &MicrochannelModel, scale: &ChannelScale) -> MicrochannelTouch {
+    let at_least = model.saturated_pressure(scale);
+    without_resistance(MicrochannelState::Saturated { at_least })
 }
 
 fn without_resistance(state: MicrochannelState) -> MicrochannelTouch {

@@ -50,6 +50,11 @@ impl ResistanceSignal {
         }
     }
 
+    /// The same; none for a signal at [`Self::open`] or beyond.
+    pub fn resistance_below_open(&self, signal: f64) -> Option<f64> {
+        (signal < self.open()).then(|| self.resistance(signal))
+    }
+
     /// Signal per resistance for a channel of `resistance`, Ω: of a divider
     /// V_S R_ref/(R_ref + R)².
     pub fn slope(&self, resistance: f64) -> f64 {

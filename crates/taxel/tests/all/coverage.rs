@@ -400,23 +400,16 @@ fn table(devices: &[Device], length: usize, slack: f64) -> Vec<String> {
     };
     for device in devices {
         let (sensor, pieces) = (device.sensor, device.pieces[length]);
-        // Of crossing channels a taxel that reads nothing has the deviation of a touch that its channels
-        // would not show, and there is none in the scripts.
-        let most = if sensor == "liquid-metal-2x4" {
-            1.0
-        } else {
-            0.97
-        };
         for load in device.loads {
             let what = format!("{sensor}, {load} {}, total", device.unit);
-            row(what, most, totals(device, &[load], pieces));
+            row(what, 0.97, totals(device, &[load], pieces));
         }
         let held = totals(device, &[device.loads[1]; HELD], pieces);
-        row(format!("{sensor}, total held {HELD} s"), most, held);
+        row(format!("{sensor}, total held {HELD} s"), 0.97, held);
         for fault in device.faults {
             let [exact, bounds] = failing(device, *fault, pieces);
             let what = format!("{sensor}, {fault:?}");
-            row(format!("{what}, exact total"), most, exact);
+            row(format!("{what}, exact total"), 0.97, exact);
             row(format!("{what}, bound of the total"), 1.0, bounds);
         }
         let (steps, impacts) = (steps(device, pieces, 3), impacts(device, pieces, 3));
