@@ -96,12 +96,28 @@ fn errors(name: &str) -> (Vec<[f64; 2]>, TrainedOutcome) {
 #[test]
 fn live_is_not_worse_than_plain_regressions() {
     for kind in ["few", "coarse"] {
-        let (errors, _) = errors(kind);
+        let (errors, outcome) = errors(kind);
         assert_eq!(errors.len(), 2, "{kind}");
+        assert!(!sees_changes(&outcome), "{kind}");
         for [plain, own] in errors {
             assert!(own < WORSE * plain, "{kind}: {own} for {plain}");
         }
     }
+}
+
+fn sees_changes(outcome: &TrainedOutcome) -> bool {
+    let mut said = outcome.outcome.remarks.iter().map(ToString::to_string);
+    said.any(|text| text.contains("the channels see changes"))
+}
+
+/// Channels that read zero while a force is held.
+#[test]
+fn channels_that_see_changes_only_are_named() {
+    let kind = KINDS.into_iter().find(|kind| kind.name == "changes");
+    let skin = Skin::new(kind.unwrap(), 2);
+    let runs: Vec<String> = (1..=2).map(|n| skin.run(n, Further::Alike)).collect();
+    let (outcome, _) = trained(&skin.sensor(), &runs);
+    assert!(sees_changes(&outcome));
 }
 
 /// A rig writes columns for a position that a strip of one channel does not have.

@@ -61,6 +61,7 @@ pub(super) fn train(
     let trained = train_forces(&sessions, offset, tared).map_err(failed)?;
     tells_force(&last.name, &sessions, &trained)?;
     found.remarks.extend(mixture(&trained));
+    found.remarks.extend(of_changes(&trained));
     found.remarks.push(among(&trained, runs.len()));
     found.remarks.push(of_runs(&trained, runs.len()));
     report(&trained, runs.len(), found);
@@ -284,6 +285,30 @@ fn mixture(trained: &TrainedForces) -> Vec<Remark> {
     trained.candidates[0].iter().map(of).collect()
 }
 
+/// That the channels see changes only, where what they do at the moment tells less of the force than what
+/// they did lately adds to it.
+fn of_changes(trained: &TrainedForces) -> Option<Remark> {
+    let law = &trained.map.law;
+    let least = |memory: bool| {
+        let candidates = trained.candidates[0].iter();
+        let candidates = candidates
+            .filter(|one| memory || one.blocks.iter().all(|block| law.memory(*block).is_none()));
+        candidates
+            .map(|one| one.error)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let errors = [spread(&trained.held_out[0]), least(false), least(true)];
+    let [all, present, past] = errors.map(|error| error * error);
+    (all - present < present - past).then(|| {
+        Remark::whole(format!(
+            "force: the channels see changes: of forces that spread by {:.3} N what they show at the moment leaves {:.3} N, \
+             with what they did lately {:.3} N. A force that is held is known from how it came, and after a gap in the frames \
+             it is not known",
+            errors[0], errors[1], errors[2]
+        ))
+    })
+}
+
 /// What is held out, and what is not.
 fn among(trained: &TrainedForces, runs: usize) -> Remark {
     let score = trained.held_out[0].score();
@@ -295,7 +320,9 @@ fn among(trained: &TrainedForces, runs: usize) -> Remark {
         .map(|time| format!("{time:.3}"))
         .collect();
     Remark::whole(format!(
-        "force: the mixture of these maps, with memory over {} s, scale {:.1} s after the sensor. Held out from all that is          learned, maps, priors, shares, relation and rest, {} have {:.4} N rms as live, {:.1} % within the 95 % intervals. The          readings of the training, replayed live, have {:.4} N rms",
+        "force: the mixture of these maps, with memory over {} s, scale {:.1} s after the sensor. Held out from all that is \
+         learned, maps, priors, shares, relation and rest, {} have {:.4} N rms as live, {:.1} % within the 95 % intervals. The \
+         readings of the training, replayed live, have {:.4} N rms",
         times.join(", "),
         trained.map.offset,
         if runs > 1 {

@@ -26,11 +26,13 @@ pub(super) const LONGEST_DELAY: f64 = 1.5;
 pub(crate) const DELAY_READINGS: usize = 3000;
 
 /// The maps that are mixed, from simple to rich.
-const FORMS: [Form; 7] = [
+const FORMS: [Form; 9] = [
     (0, &[Block::Channels]),
     (0, &[Block::Sums, Block::SlowSums]),
     (0, &[Block::Channels, Block::Sums, Block::SlowSums]),
     (0, &[Block::Channels, Block::Slow, Block::SlowSums]),
+    (0, &[Block::Channels, Block::Broad]),
+    (0, &[Block::Channels, Block::Slow, Block::Broad]),
     (
         0,
         &[
