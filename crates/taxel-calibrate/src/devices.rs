@@ -94,7 +94,7 @@ pub fn calibrator<'a>(
         },
         Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
         Element::Cells(_) => boxed(CellsCalibrator::new(first), element),
-        Element::Own(_) => Err(NoCalibrator::Kind { element }),
+        Element::MagneticSkin(_) | Element::Own(_) => Err(NoCalibrator::Kind { element }),
     }
 }
 
@@ -125,7 +125,10 @@ pub(crate) fn apply(
         Element::Microchannel(_) => microchannel::apply(sensor, value),
         Element::Cells(_) => cells::apply(sensor, value),
         // The maps of one are tables, and no parameters; the others have none.
-        Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => Ok(()),
+        Element::Trained(_)
+        | Element::MeasuredForce(_)
+        | Element::MagneticSkin(_)
+        | Element::Own(_) => Ok(()),
     }
 }
 
@@ -142,6 +145,9 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         Element::Microchannel(_) => &microchannel::UNCERTAIN,
         Element::Cells(_) => &["conductance", "port_pressure"],
-        Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => &[],
+        Element::Trained(_)
+        | Element::MeasuredForce(_)
+        | Element::MagneticSkin(_)
+        | Element::Own(_) => &[],
     }
 }
