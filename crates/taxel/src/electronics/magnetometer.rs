@@ -27,6 +27,13 @@ pub struct Magnetometer {
     #[serde(deserialize_with = "quantity::list::<2, AnyFluxDensity, _>")]
     #[schemars(with = "[Checked<AnyFluxDensity>; 2]")]
     pub range: [f64; 2],
+    /// Standard deviation of what an axis reads without any field, T; 0 by default.
+    #[serde(
+        default,
+        deserialize_with = "quantity::one::<NonNegativeFluxDensity, _>"
+    )]
+    #[schemars(with = "Checked<NonNegativeFluxDensity>")]
+    pub offset: f64,
     /// Standard deviation of each component of a field that is the same at all chips and may turn
     /// with the robot, T: that of the earth has 25 to 65 uT.
     #[serde(deserialize_with = "quantity::one::<NonNegativeFluxDensity, _>")]

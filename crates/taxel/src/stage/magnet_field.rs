@@ -5,13 +5,11 @@
 //! in which a made skin differs from its drawing, each with what is known of it beforehand. The intervals
 //! have all of them in it, and what none of them explains is a disturbance.
 
-use super::{
-    CellQuantity, CellState, ChainPart, Inverted, Network, Nuisance, PartError, PartParameter,
-};
+use super::{CellQuantity, CellState, ChainPart, Inverted, Network, PartError, PartParameter};
 use crate::drawing::{DimensionLine, Label, Part, Shape, View};
 use crate::electronics::NUMBER;
 use crate::information::{Information, Unknown};
-use crate::quantity::{ANGLE, FLUX_DENSITY, LENGTH};
+use crate::quantity::{ANGLE, FLUX_DENSITY, FORCE, LENGTH};
 use crate::transduction::{MagnetPose, MagnetShape, VACUUM_PERMEABILITY};
 use taxel_ground::summary::{Fact, fact, number, text};
 use taxel_numerics::dense::{cholesky, cholesky_solve};
@@ -74,13 +72,16 @@ pub struct MagnetArray {
     pub full_scale: f64,
     /// Noise of a reading along x, y and z, T, for `check`.
     pub noise: [f64; 3],
+    /// Standard deviation of what an axis reads without any field, T.
+    pub offset: f64,
     /// Standard deviation of each component of a uniform field, T.
     pub uniform_field: f64,
     /// Standard deviation of the relative change of all remanences by temperature.
     pub warming: f64,
     /// Standard deviation of each of [`MagnetMake::NAMES`].
     pub fabrication: [f64; MagnetMake::COUNT],
-    /// Readings of all channels without a load, T; none before they were captured.
+    /// Readings of all channels without a load, T, `NaN` where they were not captured; none before a
+    /// capture.
     pub rest: Option<Vec<f64>>,
     /// What is wrong with its description.
     pub problem: Option<PartError>,
@@ -89,7 +90,8 @@ pub struct MagnetArray {
 /// Standard deviations of the misfit at which readings contradict the model: noise alone gets there
 /// once in 10⁹ frames.
 const DISTURBED: f64 = 6.0;
-/// A step of less than this share of a standard deviation ends the search.
+/// A step of less than this share of a standard deviation ends the search, or one that lowers the sum
+/// of squares by less than the square of it.
 const CLOSE: f64 = 1e-4;
 /// Steps after which it is given up: Newton's converges in four to six.
 const MOST_STEPS: usize = 40;
@@ -101,10 +103,21 @@ const TOLD: f64 = 1e-2;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Predicted signals, and their slopes by all unknowns, a row for each channel.
+/// Predicted readings and their slopes by all unknowns: a row for each channel of the frame, and one
+/// for each of the capture at rest if there was one.
 struct Model {
     signals: Vec<f64>,
     slopes: Vec<Vec<f64>>,
+}
+
+/// Where an unknown that all taxels share is among them.
+struct Shared {
+    field: Option<usize>,
+    /// The uniform field of the capture at rest.
+    field_at_rest: Option<usize>,
+    warming: Option<usize>,
+    /// Number of all unknowns.
+    count: usize,
 }
 
 impl MagnetArray {
@@ -118,17 +131,22 @@ impl MagnetArray {
         each.filter(|(_, deviation)| *deviation > 0.0)
     }
 
-    /// Number of unknowns: forces, what is made otherwise, uniform field, temperature.
-    fn unknowns(&self) -> usize {
-        self.forces() + self.magnets.len() * self.made().count() + self.shared().len()
-    }
-
-    /// Deviations of the unknowns that all taxels share.
-    fn shared(&self) -> Vec<f64> {
-        let field = (self.uniform_field > 0.0).then_some([self.uniform_field; 3]);
-        let mut shared: Vec<f64> = field.into_iter().flatten().collect();
-        shared.extend((self.warming != 0.0).then_some(self.warming.abs()));
-        shared
+    /// Unknowns: forces, what is made otherwise, and these.
+    fn shared(&self) -> Shared {
+        let mut count = self.forces() + self.magnets.len() * self.made().count();
+        let mut take = |wanted: bool, numbers: usize| {
+            wanted.then(|| {
+                count += numbers;
+                count - numbers
+            })
+        };
+        let with_field = self.uniform_field > 0.0;
+        Shared {
+            field: take(with_field, 3),
+            field_at_rest: take(with_field && self.rest.is_some(), 3),
+            warming: take(self.warming != 0.0, 1),
+            count,
+        }
     }
 
     /// A magnet with these numbers off.
@@ -188,19 +206,23 @@ impl MagnetArray {
         fields
     }
 
-    /// Signals and slopes where the unknowns, each over its deviation and forces over the full scale,
-    /// have these values.
+    /// Readings and slopes where the unknowns, each over its deviation and forces over the full scale,
+    /// have these values. What was captured at rest is that of the skin as it was made: a frame is
+    /// counted from it, and it says itself how that was.
     fn model(&self, unknowns: &[f64]) -> Model {
         let channels = 3 * self.sensors.len() * self.places.len();
         let made: Vec<(usize, f64)> = self.made().collect();
-        let mut model = Model {
-            signals: self.rest.clone().unwrap_or_else(|| vec![0.0; channels]),
-            slopes: vec![vec![0.0; unknowns.len()]; channels],
+        let shared = self.shared();
+        let rows = if self.rest.is_some() {
+            2 * channels
+        } else {
+            channels
         };
-        let shared = self.forces() + self.magnets.len() * made.len();
-        let with_field = self.uniform_field > 0.0;
-        let warming = shared + if with_field { 3 } else { 0 };
-        let warmer = unknowns.get(warming).map_or(0.0, |at| at * self.warming);
+        let mut model = Model {
+            signals: vec![0.0; rows],
+            slopes: vec![vec![0.0; shared.count]; rows],
+        };
+        let warmer = shared.warming.map_or(0.0, |at| self.warming * unknowns[at]);
         for index in 0..self.magnets.len() {
             let force: [f64; 3] =
                 std::array::from_fn(|axis| self.full_scale * unknowns[3 * index + axis]);
@@ -210,57 +232,87 @@ impl MagnetArray {
                 off[*what] = deviation * unknowns[first + slot];
             }
             let magnet = self.off(index, &off);
-            let loaded = self.pose(index, &magnet, force);
-            // What was captured at rest is that of the skin as it was made.
-            let at_rest = self
-                .rest
-                .as_ref()
-                .map(|_| self.pose(index, &magnet, [0.0; 3]));
+            let [loaded, unloaded] =
+                [force, [0.0; 3]].map(|force| self.pose(index, &magnet, force));
             for (sensor, point) in self.points().enumerate() {
                 let of = |pose: &MagnetPose| magnet.shape.field(magnet.remanence, pose, point);
-                let (now, before) = (of(&loaded), at_rest.as_ref().map(of));
+                let (now, before) = (of(&loaded), self.rest.as_ref().map(|_| of(&unloaded)));
                 for axis in 0..3 {
                     let channel = 3 * sensor + axis;
-                    let row = &mut model.slopes[channel];
                     let by_pose = now.by_pose[axis].map(|slope| (1.0 + warmer) * slope);
                     let field = (1.0 + warmer) * now.field[axis];
-                    let rest = before.map_or(0.0, |before| before.field[axis]);
-                    model.signals[channel] += field - rest;
+                    let at_rest = before.map(|before| (before.field[axis], before.by_pose[axis]));
+                    let of_make = |field: f64, by_pose: &[f64; 5], what: usize| match what {
+                        pose if pose < REMANENCE => by_pose[pose],
+                        REMANENCE => field / (1.0 + off[REMANENCE]),
+                        _ => 0.0,
+                    };
                     let by_force = |along: usize| -> f64 {
                         let rows = by_pose.iter().zip(&magnet.compliance);
                         magnet.softness[along]
                             * rows.map(|(slope, row)| slope * row[along]).sum::<f64>()
                     };
+                    let row = &mut model.slopes[channel];
+                    model.signals[channel] += field;
                     for along in 0..3 {
                         row[3 * index + along] = self.full_scale * by_force(along);
                     }
                     for (slot, (what, deviation)) in made.iter().enumerate() {
-                        let slope = match *what {
-                            pose if pose < REMANENCE => {
-                                by_pose[pose] - before.map_or(0.0, |of| of.by_pose[axis][pose])
-                            }
-                            REMANENCE => (field - rest) / (1.0 + off[REMANENCE]),
-                            soft => {
-                                let along = soft - SOFTNESS;
-                                by_force(along) * force[along] / (1.0 + off[soft])
-                            }
+                        let slope = match what.checked_sub(SOFTNESS) {
+                            Some(along) => by_force(along) * force[along] / (1.0 + off[*what]),
+                            None => of_make(field, &by_pose, *what),
                         };
                         row[first + slot] = deviation * slope;
                     }
-                    if self.warming != 0.0 {
-                        row[warming] += self.warming * now.field[axis];
+                    if let Some(at) = shared.warming {
+                        row[at] += self.warming * now.field[axis];
+                    }
+                    let Some((field, by_pose)) = at_rest else {
+                        continue;
+                    };
+                    model.signals[channels + channel] += field;
+                    let row = &mut model.slopes[channels + channel];
+                    for (slot, (what, deviation)) in made.iter().enumerate() {
+                        row[first + slot] = deviation * of_make(field, &by_pose, *what);
                     }
                 }
             }
         }
-        if with_field {
-            for (channel, row) in model.slopes.iter_mut().enumerate() {
-                let axis = channel % 3;
-                row[shared + axis] = self.uniform_field;
-                model.signals[channel] += self.uniform_field * unknowns[shared + axis];
+        for (start, at) in [(0, shared.field), (channels, shared.field_at_rest)] {
+            let Some(at) = at else { continue };
+            for channel in 0..channels {
+                model.slopes[start + channel][at + channel % 3] = self.uniform_field;
+                model.signals[start + channel] += self.uniform_field * unknowns[at + channel % 3];
             }
         }
+        self.count_from_rest(&mut model, channels);
         model
+    }
+
+    /// Takes the readings of the frame as changes from those at rest, where these were captured: what
+    /// an axis reads without a field is in both.
+    fn count_from_rest(&self, model: &mut Model, channels: usize) {
+        let Some(rest) = &self.rest else {
+            return;
+        };
+        for (channel, rest) in rest.iter().enumerate().filter(|(_, rest)| rest.is_finite()) {
+            model.signals[channel] += rest - model.signals[channels + channel];
+            let (frame, at_rest) = model.slopes.split_at_mut(channels);
+            for (slope, before) in frame[channel].iter_mut().zip(&at_rest[channel]) {
+                *slope -= before;
+            }
+        }
+    }
+
+    /// Readings as [`Self::model`] has them, and the weight of each.
+    fn readings(&self, signals: &[f64], noise: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut readings = signals.to_vec();
+        let mut weights: Vec<f64> = noise.iter().zip(signals).map(weight).collect();
+        for (channel, rest) in self.rest.iter().flatten().enumerate() {
+            readings.push(*rest);
+            weights.push(weight((&self.noise[channel % 3].hypot(self.offset), rest)));
+        }
+        (readings, weights)
     }
 
     /// Information of the readings about the five numbers of one magnet at rest, by noise alone.
@@ -385,18 +437,19 @@ impl MagnetArray {
     /// more readings it has than forces.
     fn squares(&self, unknowns: &[f64], residuals: &[f64], weights: &[f64]) -> Vec<[f64; 2]> {
         let (per_taxel, made) = (3 * self.sensors.len(), self.made().count());
+        let channels = per_taxel * self.magnets.len();
         let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-        let own = self.forces()..self.forces() + made * self.magnets.len();
-        let shared = square(&unknowns[own.end..]);
+        let (first, end) = (self.forces(), self.forces() + made * self.magnets.len());
         let of_taxel = |taxel: usize| {
-            let channels = per_taxel * taxel..per_taxel * (taxel + 1);
-            let used = weights[channels.clone()]
-                .iter()
-                .filter(|weight| **weight > 0.0)
-                .count();
-            let own = own.start + made * taxel..own.start + made * (taxel + 1);
-            let sum = square(&residuals[channels]) + square(&unknowns[own]) + shared;
-            [sum, used as f64 - 3.0]
+            let own = first + made * taxel..first + made * (taxel + 1);
+            let mut sum = square(&unknowns[own]) + square(&unknowns[end..]);
+            let mut freedom = -3.0;
+            for start in (0..residuals.len()).step_by(channels) {
+                let rows = start + per_taxel * taxel..start + per_taxel * (taxel + 1);
+                sum += square(&residuals[rows.clone()]);
+                freedom += weights[rows].iter().filter(|weight| **weight > 0.0).count() as f64;
+            }
+            [sum, freedom]
         };
         (0..self.magnets.len()).map(of_taxel).collect()
     }
@@ -633,42 +686,80 @@ impl Network for MagnetArray {
         true
     }
 
-    fn nuisances(&self, values: &[f64]) -> Vec<Nuisance> {
-        let mut unknowns: Vec<f64> = values.iter().map(|force| force / self.full_scale).collect();
-        unknowns.resize(self.unknowns(), 0.0);
-        let slopes = self.model(&unknowns).slopes;
-        let made = self.made().map(|(what, deviation)| {
-            let dimension = match what {
+    fn information(&self, values: &[f64], taxel: usize, noise: &[f64]) -> Option<Information> {
+        let mut at: Vec<f64> = values.iter().map(|force| force / self.full_scale).collect();
+        let shared = self.shared();
+        at.resize(shared.count, 0.0);
+        let model = self.model(&at);
+        let (_, weights) = self.readings(&vec![0.0; noise.len()], noise);
+        let used = || {
+            weights
+                .iter()
+                .enumerate()
+                .filter(|(_, weight)| **weight > 0.0)
+        };
+        let force = |axis: usize, beside| Unknown {
+            name: ["force_x", "force_y", "force_z"][axis],
+            dimension: &FORCE,
+            full_scale: self.full_scale,
+            beside,
+        };
+        let forces = (0..self.forces()).map(|index| force(index % 3, index / 3 != taxel));
+        let made = self.made().map(|(what, deviation)| Unknown {
+            name: MagnetMake::NAMES[what],
+            dimension: match what {
                 0..=2 => &LENGTH,
                 3 | 4 => &ANGLE,
                 _ => &NUMBER,
-            };
-            (MagnetMake::NAMES[what], dimension, deviation)
+            },
+            full_scale: deviation,
+            beside: true,
         });
-        let made: Vec<_> = made.collect();
+        let made: Vec<Unknown> = made.collect();
         let of_all = made
             .iter()
             .cycle()
             .take(made.len() * self.magnets.len())
             .copied();
-        let field = ["uniform_field_x", "uniform_field_y", "uniform_field_z"];
-        let field = field.map(|name| (name, &FLUX_DENSITY, self.uniform_field));
-        let field = field.into_iter().filter(|(.., deviation)| *deviation > 0.0);
-        let warming = (self.warming != 0.0).then_some(("warming", &NUMBER, self.warming.abs()));
-        let all = of_all.chain(field).chain(warming).enumerate();
-        all.map(|(index, (name, dimension, deviation))| {
-            let column = self.forces() + index;
-            Nuisance {
-                unknown: Unknown {
-                    name,
-                    dimension,
-                    full_scale: deviation,
-                    beside: true,
-                },
-                slopes: slopes.iter().map(|row| row[column] / deviation).collect(),
-            }
+        let of_field = |names: [&'static str; 3]| {
+            names.map(|name| Unknown {
+                name,
+                dimension: &FLUX_DENSITY,
+                full_scale: self.uniform_field,
+                beside: true,
+            })
+        };
+        let field = of_field(["uniform_field_x", "uniform_field_y", "uniform_field_z"]);
+        let at_rest = of_field(["rest_field_x", "rest_field_y", "rest_field_z"]);
+        let warming = Unknown {
+            name: "warming",
+            dimension: &NUMBER,
+            full_scale: self.warming.abs(),
+            beside: true,
+        };
+        let mut unknowns: Vec<Unknown> = forces.chain(of_all).collect();
+        unknowns.extend(shared.field.into_iter().flat_map(|_| field));
+        unknowns.extend(shared.field_at_rest.into_iter().flat_map(|_| at_rest));
+        unknowns.extend(shared.warming.map(|_| warming));
+        let sizes: Vec<f64> = unknowns.iter().map(|one| one.full_scale).collect();
+        let row = |index: usize| -> Vec<f64> {
+            let slopes = model.slopes[index].iter().zip(&sizes);
+            slopes.map(|(slope, size)| slope / size).collect()
+        };
+        Some(Information {
+            jacobian: used().map(|(index, _)| row(index)).collect(),
+            noise: used().map(|(_, weight)| 1.0 / weight).collect(),
+            prior: (0..sizes.len())
+                .map(|index| {
+                    if index < self.forces() {
+                        0.0
+                    } else {
+                        sizes[index].powi(-2)
+                    }
+                })
+                .collect(),
+            unknowns,
         })
-        .collect()
     }
 
     fn between(&self, taxel: usize, values: &[f64]) -> Vec<(CellQuantity, f64)> {
@@ -710,9 +801,12 @@ impl Network for MagnetArray {
 
     fn read(&self, values: &[f64], signals: &mut [f64]) {
         signals.copy_from_slice(&self.fields(values));
-        if let Some(rest) = &self.rest {
-            let drawn = self.fields(&vec![0.0; self.forces()]);
-            for (signal, (rest, drawn)) in signals.iter_mut().zip(rest.iter().zip(drawn)) {
+        let Some(rest) = &self.rest else {
+            return;
+        };
+        let drawn = self.fields(&vec![0.0; self.forces()]);
+        for (signal, (rest, drawn)) in signals.iter_mut().zip(rest.iter().zip(drawn)) {
+            if rest.is_finite() {
                 *signal += rest - drawn;
             }
         }
@@ -720,7 +814,7 @@ impl Network for MagnetArray {
 
     /// Newton's method by Gauss with the exact slopes; a step that makes it worse is halved.
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted) {
-        let weights: Vec<f64> = noise.iter().zip(signals).map(weight).collect();
+        let (readings, weights) = self.readings(signals, noise);
         let forces = self.forces();
         let mut unknowns: Vec<f64> = found
             .values
@@ -733,9 +827,9 @@ impl Network for MagnetArray {
                 }
             })
             .collect();
-        unknowns.resize(self.unknowns(), 0.0);
+        unknowns.resize(self.shared().count, 0.0);
         let mut model = self.model(&unknowns);
-        let (mut residuals, mut square) = self.weighed(&model, &unknowns, signals, &weights);
+        let (mut residuals, mut square) = self.weighed(&model, &unknowns, &readings, &weights);
         found.converged = false;
         for _ in 0..MOST_STEPS {
             let Some((factor, step, decrement)) =
@@ -743,7 +837,8 @@ impl Network for MagnetArray {
             else {
                 return;
             };
-            if decrement < CLOSE * CLOSE {
+            // Of readings that contradict each other the forces need not be known any better.
+            if decrement < CLOSE * CLOSE * (1.0 + square) {
                 found.converged = true;
                 let squares = self.squares(&unknowns, &residuals, &weights);
                 self.judge(&unknowns, &factor, &squares, found);
@@ -757,7 +852,7 @@ impl Network for MagnetArray {
                     .map(|(at, step)| at + share * step)
                     .collect();
                 let there = self.model(&tried);
-                let (left, sum) = self.weighed(&there, &tried, signals, &weights);
+                let (left, sum) = self.weighed(&there, &tried, &readings, &weights);
                 // What rounding leaves of a square of many deviations is no descent.
                 if sum <= square * (1.0 + 1e-12) || share < CLOSE {
                     (unknowns, model, residuals, square) = (tried, there, left, sum);

@@ -221,6 +221,7 @@ impl MagneticSkin {
                 least_height: self.least_height(),
                 full_scale: self.full_scale,
                 noise: chip.instrument().deviations(),
+                offset: chip.offset,
                 uniform_field: chip.uniform_field,
                 warming: self.magnet.temperature_coefficient * chip.temperature,
                 fabrication: self.fabrication.deviations(),

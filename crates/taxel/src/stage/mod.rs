@@ -35,7 +35,7 @@ mod resistor;
 use std::fmt;
 
 use crate::drawing::View;
-use crate::information::Unknown;
+use crate::information::Information;
 use crate::quantity::Dimension;
 use crate::signal::NumberScale;
 use taxel_ground::summary::Fact;
@@ -389,15 +389,6 @@ impl Inverted {
     }
 }
 
-/// Something that is not a load and moves the signals.
-#[derive(Debug, Clone)]
-pub struct Nuisance {
-    /// What it is; its full scale is the standard deviation that is known before a frame.
-    pub unknown: Unknown,
-    /// Slope of each signal by it, SI.
-    pub slopes: Vec<f64>,
-}
-
 /// Values of all cells to the signals of the channels, by default one for each cell.
 pub trait Network: ChainPart {
     /// A copy.
@@ -429,10 +420,11 @@ pub trait Network: ChainPart {
         false
     }
 
-    /// What else moves the signals at these values.
-    fn nuisances(&self, values: &[f64]) -> Vec<Nuisance> {
-        let _ = values;
-        Vec::new()
+    /// What signals with the deviations `noise` say of the values of a taxel about these ones, beside
+    /// all else that moves them; none of a network whose cells alone do.
+    fn information(&self, values: &[f64], taxel: usize, noise: &[f64]) -> Option<Information> {
+        let _ = (values, taxel, noise);
+        None
     }
 
     /// Quantities of a taxel that lie between its values and its signals, for people.

@@ -348,39 +348,33 @@ impl ChainDevice<'_> {
         let (taxel, loads) = predictor.forces(load);
         let tared = self.chain.at_rest(&self.chain.rest());
         let chain = tared.as_ref().unwrap_or(&self.chain);
-        let axes = chain.axes;
-        let (mut unknowns, mut columns, mut prior) = (Vec::new(), Vec::new(), Vec::new());
-        for (slot, name) in ["force_x", "force_y", "force_z"][axes.first()..]
-            .iter()
-            .enumerate()
-        {
-            unknowns.push(Unknown {
-                name,
-                dimension: &FORCE,
-                full_scale: chain.full_scale,
-                beside: false,
-            });
-            columns.push(chain.slopes(&loads, &self.direction(Some(axes.count() * taxel + slot))));
-            prior.push(0.0);
-        }
-        for nuisance in chain.network.nuisances(&chain.values(&loads)) {
-            prior.push(nuisance.unknown.full_scale.powi(-2));
-            unknowns.push(nuisance.unknown);
-            columns.push(nuisance.slopes);
-        }
-        let channels = 0..chain.channels();
         let noise = |channel: usize| {
             let of_board = chain.deviation_along(chain.of_channel(channel).1);
             options.noise.unwrap_or(of_board)
         };
+        let noise: Vec<f64> = (0..chain.channels()).map(noise).collect();
+        let values = chain.values(&loads);
+        if let Some(known) = chain.network.information(&values, taxel, &noise) {
+            return known;
+        }
+        let (count, first) = (chain.axes.count(), chain.axes.first());
+        let slopes = |slot| chain.slopes(&loads, &self.direction(Some(count * taxel + slot)));
+        let columns: Vec<Vec<f64>> = (0..count).map(slopes).collect();
+        let unknown = |name| Unknown {
+            name,
+            dimension: &FORCE,
+            full_scale: chain.full_scale,
+            beside: false,
+        };
+        let row = |channel: usize| columns.iter().map(|column| column[channel]).collect();
         Information {
-            unknowns,
-            jacobian: channels
-                .clone()
-                .map(|channel| columns.iter().map(|column| column[channel]).collect())
+            unknowns: ["force_x", "force_y", "force_z"][first..]
+                .iter()
+                .map(|name| unknown(name))
                 .collect(),
-            noise: channels.map(noise).collect(),
-            prior,
+            jacobian: (0..noise.len()).map(row).collect(),
+            noise,
+            prior: vec![0.0; count],
         }
     }
 

@@ -543,7 +543,7 @@ impl Reader for ChainReader {
             .collect();
         let at_rest = self.drawn.values(&vec![0.0; self.drawn.count()]);
         self.usual = [f64::NAN; 2];
-        if let Some(chain) = self.drawn.at_rest(&self.rest) {
+        if let Some(chain) = self.drawn.at_rest(rest) {
             self.chain = chain;
             self.tared.fill(false);
             self.at_rest.values = at_rest;
