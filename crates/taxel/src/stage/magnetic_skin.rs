@@ -28,7 +28,7 @@ pub struct MagneticSkin {
     /// The magnet of a taxel.
     pub magnet: MagnetDescription,
     /// What a force does to it.
-    pub suspension: Suspension,
+    pub suspension: MagnetSuspension,
     /// Magnetometers of a taxel, `[x, y]` from its middle, m; they lie in the plane z = 0, and their axes are
     /// those of the taxel.
     pub sensors: Vec<SensorPosition>,
@@ -83,7 +83,7 @@ pub struct MagnetDescription {
 /// What a force on the skin does to its magnet: stiffnesses with tilts, or a whole compliance.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Suspension {
+pub struct MagnetSuspension {
     /// Stiffness along x, y and z, N/m.
     #[serde(
         default,
@@ -101,13 +101,13 @@ pub struct Suspension {
     pub tilt_per_force: Option<[f64; 2]>,
     /// The whole compliance in the place of `stiffness`.
     #[serde(default)]
-    pub compliance: Option<Compliance>,
+    pub compliance: Option<MagnetCompliance>,
 }
 
 /// Displacement and tilt by the forces along x and y and the pressing one.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Compliance {
+pub struct MagnetCompliance {
     /// A row for x, y and z upwards, each per force along x, along y and pressing, m/N: what presses
     /// lowers the magnet, so that the last number of the last row is negative.
     pub displacement: [[Checked<AnyCompliance>; 3]; 3],
@@ -153,7 +153,7 @@ impl MagneticSkinFabrication {
     }
 }
 
-impl Suspension {
+impl MagnetSuspension {
     /// Displacement along x, y and z upwards and tilt, each per force along x, y and pressing.
     fn matrix(&self) -> [[f64; 3]; 5] {
         if let Some(whole) = &self.compliance {

@@ -51,7 +51,7 @@ pub use layered::{LayeredRubber, RubberLayer};
 pub use lines::{Lines, NetworkDescription};
 pub use magnet_field::{MagnetArray, MagnetMake, SuspendedMagnet};
 pub use magnetic_skin::{
-    Compliance, MagnetDescription, MagneticSkin, MagneticSkinFabrication, Suspension,
+    MagnetCompliance, MagnetDescription, MagnetSuspension, MagneticSkin, MagneticSkinFabrication,
 };
 pub use memory::Creep;
 pub use one_to_one::OneToOne;
