@@ -159,6 +159,26 @@ fn check_prints_the_deviations_of_the_reference() {
     }
 }
 
+/// Figures of docs/book/magnetic-skin.md: four chips that lie alike do not tell force, uniform field and
+/// temperature apart, whatever their noise.
+#[test]
+fn a_fifth_chip_tells_a_pressing_force_from_warmth_and_less_noise_does_not() {
+    let of = |pairs: &[(&str, &str)]| of_check(&with(pairs), "deviation_of_force_z_at_rest");
+    for (pairs, expected) in [
+        ([("0.5 uT", "0.5 uT")], 15.704),
+        ([("\"0.5 uT\"", "\"0.05 uT\"")], 15.704),
+        ([("\"5 K\"", "\"1 K\"")], 3.2490),
+        (
+            [("sensors = [[", "sensors = [[\"0 mm\", \"0 mm\"], [")],
+            0.32093,
+        ),
+    ] {
+        let found = of(&pairs);
+        // As many digits as are printed; a tenth of the noise is worth a hundredth of 1 %.
+        assert!((found / expected - 1.0).abs() < 1e-4, "{pairs:?}: {found}");
+    }
+}
+
 /// Loads of up to 0.8 of the full scale on all axes, pressing.
 fn random_load(noise: &mut Noise, count: usize) -> Vec<f64> {
     let axis = |index: usize, normal: f64| match index % 3 {
@@ -249,7 +269,7 @@ fn intervals_of_forces_hold_the_truth() {
 
 /// `cargo test --release -p taxel --test all magnetic_skin::intervals_of_many -- --ignored --nocapture`
 #[test]
-#[ignore = "some minutes"]
+#[ignore = "half a minute"]
 fn intervals_of_many_forces_hold_the_truth() {
     let shares = coverage(20_000);
     println!("{shares:?}");
@@ -513,6 +533,25 @@ fn the_twin_pushes_and_the_reader_follows() {
         }
     }
     assert!(seen > 70, "{seen}");
+}
+
+#[test]
+fn a_compliance_says_the_same_as_springs() {
+    let (head, rest) = shipped().split_once("stiffness = [").unwrap();
+    let (_, rest) = rest
+        .split_once("[element.magnetic_skin.fabrication]")
+        .unwrap();
+    let whole = "compliance = { displacement = [[\"2.5 mm/N\", \"0 mm/N\", \"0 mm/N\"], [\"0 mm/N\", \"2.5 mm/N\", \"0 mm/N\"], [\"0 mm/N\", \"0 mm/N\", \"-0.625 mm/N\"]], tilt = [[\"0 mrad/N\", \"-30 mrad/N\", \"0 mrad/N\"], [\"30 mrad/N\", \"0 mrad/N\", \"0 mrad/N\"]] }";
+    let text = format!("{head}{whole}\n[element.magnetic_skin.fabrication]{rest}");
+    let [springs, whole] = [shipped(), &text].map(parse);
+    let signals = |sensor: &Sensor| {
+        let device = sensor.cells().unwrap();
+        device.chain().respond(&[0.2, -0.1, 0.5]).signals
+    };
+    for (a, b) in signals(&springs).iter().zip(signals(&whole)) {
+        // Reciprocals of the stiffness are rounded.
+        assert!((a - b).abs() < 1e-15, "{a} {b}");
+    }
 }
 
 #[test]
