@@ -32,6 +32,40 @@ pub struct SuspendedMagnet {
     pub softness: [f64; 3],
 }
 
+impl SuspendedMagnet {
+    /// Shows each of its numbers to `each`, which may change it.
+    pub(super) fn shown(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        let mut show = |index: usize, unit, fitted, value: &mut f64| {
+            let bounds = if *value == 0.0 {
+                [-1.0, 1.0]
+            } else {
+                let ends = [0.5 * *value, 2.0 * *value];
+                [ends[0].min(ends[1]), ends[0].max(ends[1])]
+            };
+            let parameter = PartParameter {
+                name: MagnetMake::NAMES[index],
+                unit,
+                bounds,
+                fitted,
+                per_cell: true,
+                absolute: index < REMANENCE,
+            };
+            each(parameter, value);
+        };
+        let [x, y, z] = &mut self.rest;
+        show(0, "m", false, x);
+        show(1, "m", false, y);
+        show(2, "m", true, z);
+        let [x, y] = &mut self.tilt;
+        show(3, "rad", false, x);
+        show(4, "rad", false, y);
+        show(REMANENCE, "T", true, &mut self.remanence);
+        for (axis, softness) in self.softness.iter_mut().enumerate() {
+            show(SOFTNESS + axis, "", true, softness);
+        }
+    }
+}
+
 /// What a made skin differs in from its drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct MagnetMake;
@@ -468,33 +502,7 @@ fn misfit(sum: f64, freedom: f64) -> f64 {
 impl ChainPart for MagnetArray {
     fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
         for magnet in &mut self.magnets {
-            let part = |index: usize, unit, value: f64, fitted| PartParameter {
-                name: MagnetMake::NAMES[index],
-                unit,
-                bounds: if value == 0.0 {
-                    [-1.0, 1.0]
-                } else {
-                    let ends = [0.5 * value, 2.0 * value];
-                    [ends[0].min(ends[1]), ends[0].max(ends[1])]
-                },
-                fitted,
-                per_cell: true,
-                absolute: index < REMANENCE,
-            };
-            let [x, y, z] = &mut magnet.rest;
-            each(part(0, "m", *x, false), x);
-            each(part(1, "m", *y, false), y);
-            each(part(2, "m", *z, true), z);
-            let [x, y] = &mut magnet.tilt;
-            each(part(3, "rad", *x, false), x);
-            each(part(4, "rad", *y, false), y);
-            each(
-                part(REMANENCE, "T", magnet.remanence, true),
-                &mut magnet.remanence,
-            );
-            for (axis, softness) in magnet.softness.iter_mut().enumerate() {
-                each(part(SOFTNESS + axis, "", *softness, true), softness);
-            }
+            magnet.shown(each);
         }
     }
 

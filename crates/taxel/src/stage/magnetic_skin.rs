@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    CellLaw as _, Creep, ForceCell, MagnetArray, MagnetMake, Memory, OneToOne, PartError, Parts,
-    SuspendedMagnet,
+    CellLaw as _, Creep, ForceCell, MagnetArray, MagnetMake, Memory, OneToOne, PartError,
+    PartParameter, Parts, SuspendedMagnet,
 };
 use crate::electronics::Electronics;
 use crate::layout::{Layout, Mount};
@@ -172,6 +172,29 @@ impl MagnetSuspension {
         ]
     }
 
+    /// Each force moves the magnet by this much more.
+    fn soften(&mut self, softness: [f64; 3]) {
+        for (axis, factor) in softness.into_iter().enumerate() {
+            if let Some(stiffness) = &mut self.stiffness {
+                stiffness[axis] /= factor;
+            }
+            if let Some(tilt) = self
+                .tilt_per_force
+                .as_mut()
+                .and_then(|tilts| tilts.get_mut(axis))
+            {
+                *tilt *= factor;
+            }
+            if let Some(whole) = &mut self.compliance {
+                whole
+                    .displacement
+                    .iter_mut()
+                    .for_each(|row| row[axis].0 *= factor);
+                whole.tilt.iter_mut().for_each(|row| row[axis].0 *= factor);
+            }
+        }
+    }
+
     fn check(&self) -> Result<(), PartError> {
         let wrong = |message: &str, help: &str| PartError {
             key: "suspension".into(),
@@ -200,14 +223,7 @@ impl MagneticSkin {
     /// The chain of the magnets on `layout` and what reads them.
     pub fn parts(&self, layout: &Layout, electronics: &Electronics) -> Parts {
         let network = electronics.magnetometer().map(|chip| {
-            let magnet = SuspendedMagnet {
-                shape: self.magnet.shape,
-                remanence: self.magnet.remanence,
-                rest: self.magnet.rest,
-                tilt: [0.0; 2],
-                compliance: self.suspension.matrix(),
-                softness: [1.0; 3],
-            };
+            let magnet = self.suspended();
             let problem = self
                 .suspension
                 .check()
@@ -236,6 +252,26 @@ impl MagneticSkin {
             network: network.map_or_else(|| Box::new(OneToOne) as _, |array| Box::new(array) as _),
             ..Parts::of_cell(ForceCell::Found.boxed(), self.full_scale)
         }
+    }
+
+    fn suspended(&self) -> SuspendedMagnet {
+        SuspendedMagnet {
+            shape: self.magnet.shape,
+            remanence: self.magnet.remanence,
+            rest: self.magnet.rest,
+            tilt: [0.0; 2],
+            compliance: self.suspension.matrix(),
+            softness: [1.0; 3],
+        }
+    }
+
+    /// Shows each number of the magnet to `each`, which may change it; a tilt at rest has no key, and
+    /// stays.
+    pub fn parameters(&mut self, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+        let mut magnet = self.suspended();
+        magnet.shown(each);
+        (self.magnet.rest, self.magnet.remanence) = (magnet.rest, magnet.remanence);
+        self.suspension.soften(magnet.softness);
     }
 
     fn least_height(&self) -> f64 {

@@ -62,6 +62,12 @@ impl<'a> ChainDevice<'a> {
         &self.chain
     }
 
+    /// Standard deviation of each number that is made otherwise than drawn, by its name: over its value,
+    /// or in its unit ([`crate::stage::PartParameter::absolute`]).
+    pub fn fabrication(&self) -> &[(String, f64)] {
+        &self.fabrication
+    }
+
     fn scatter(&self, name: &str) -> Option<f64> {
         let found = self.fabrication.iter().find(|(key, _)| key == name);
         found.map(|(_, share)| *share)
