@@ -80,7 +80,10 @@ pub fn calibrator<'a>(
     }
     match first.sensor.element {
         Element::InPlaneCapacitor(_) => boxed(InPlaneCalibrator::new(sensors), element),
-        Element::ThreeAxisCapacitor(_) | Element::Piezoelectric(_) | Element::Cells(_)
+        Element::ThreeAxisCapacitor(_)
+        | Element::Piezoelectric(_)
+        | Element::Cells(_)
+        | Element::MagneticSkin(_)
             if sensors.len() > 1 =>
         {
             Err(NoCalibrator::Alone { element })
@@ -93,7 +96,7 @@ pub fn calibrator<'a>(
             None => Err(NoCalibrator::Unanswered),
         },
         Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
-        Element::Cells(_) => boxed(CellsCalibrator::new(first), element),
+        Element::Cells(_) | Element::MagneticSkin(_) => boxed(CellsCalibrator::new(first), element),
         Element::Own(_) => Err(NoCalibrator::Kind { element }),
     }
 }
@@ -123,7 +126,7 @@ pub(crate) fn apply(
         Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
         Element::Microchannel(_) => microchannel::apply(sensor, value),
-        Element::Cells(_) => cells::apply(sensor, value),
+        Element::Cells(_) | Element::MagneticSkin(_) => cells::apply(sensor, value),
         // The maps of one are tables, and no parameters; the others have none.
         Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => Ok(()),
     }
@@ -142,6 +145,7 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         Element::Piezoelectric(_) => &["a1", "a2", "a1_plus_a2"],
         Element::Microchannel(_) => &microchannel::UNCERTAIN,
         Element::Cells(_) => &["conductance", "port_pressure"],
+        Element::MagneticSkin(_) => &["magnet_x", "magnet_y", "magnet_z"],
         Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => &[],
     }
 }

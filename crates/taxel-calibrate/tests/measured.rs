@@ -108,6 +108,31 @@ fn constants_come_back_from_readings_in_the_unit_of_the_instrument() {
     }
 }
 
+/// Twelve channels under one force, each with an offset of its own.
+#[test]
+fn the_magnet_of_a_skin_comes_back_from_forces_along_all_axes() {
+    let text = Sensor::shipped_text("magnet-over-four-hall").unwrap();
+    let (data, outcome, found) = calibrated(text);
+    assert!(data.contains("channel,force_x [N],force_y [N],force_z [N],flux_density [T]"));
+    for (name, truth) in [
+        ("magnet_height", 4e-3),
+        ("remanence", 1.2),
+        ("softness_x", 1.0),
+        ("softness_y", 1.0),
+        ("softness_z", 1.0),
+    ] {
+        let mut parameters = outcome.parameters.iter();
+        let (_, estimate) = parameters.find(|(one, _)| one.name == name).unwrap();
+        // Once in 10⁴ by noise alone.
+        let off = (estimate.value - truth).abs();
+        assert!(off <= 4.0 * estimate.deviation, "{name}: {estimate:?}");
+        // Readings tell more than the drawing, which has 2 and 3 %, and of the height 50 um.
+        let drawn = if name == "magnet_height" { 50e-6 } else { 0.02 };
+        assert!(estimate.deviation < drawn, "{name}: {estimate:?}");
+    }
+    assert!(found.device().is_ok());
+}
+
 #[test]
 fn a_saturation_of_a_measured_resistance_is_in_ohms() {
     let text = text_of(

@@ -55,6 +55,7 @@ impl Plan {
             Element::Trained(_)
             | Element::MeasuredForce(_)
             | Element::Cells(_)
+            | Element::MagneticSkin(_)
             | Element::Own(_) => return Err(no_drawing),
         };
         // A sensor that was read has a device.

@@ -64,6 +64,10 @@ pub enum Part {
     Ceramic,
     /// Liquid metal.
     LiquidMetal,
+    /// Permanent magnet.
+    Magnet,
+    /// A chip.
+    Chip,
     /// Region of a taxel, dashed.
     Taxel,
 }
@@ -182,6 +186,8 @@ impl Part {
             Self::Air => "air",
             Self::Ceramic => "ceramic",
             Self::LiquidMetal => "liquid",
+            Self::Magnet => "magnet",
+            Self::Chip => "chip",
             Self::Taxel => "taxel",
         }
     }
@@ -214,7 +220,7 @@ const STYLE: &str = ".paper{fill:#fff}.title{font-size:16px;font-weight:600;fill
     .base{fill:#b8bcc2;stroke:#555}.elastomer{fill:#f3e7cf;stroke:#8a7a55}\
     .bump{fill:#e3cda0;stroke:#8a7a55}.electrode{fill:#d9a400;stroke:#6b5200}\
     .insulation{fill:#cfe8d5;stroke:#4d7a58}.air{fill:#eef6fc;stroke:#8fb3cc}\
-    .ceramic{fill:#b8a9d9;stroke:#55428a}.liquid{fill:#8597ad;stroke:#33475e}\
+    .ceramic{fill:#b8a9d9;stroke:#55428a}.liquid{fill:#8597ad;stroke:#33475e}.magnet{fill:#b5534a;stroke:#5e211b}.chip{fill:#3d4a4f;stroke:#161c1f}\
     .taxel{fill:none;stroke:#d55e00;stroke-dasharray:5 3}\
     rect,path,circle{stroke-width:1;vector-effect:non-scaling-stroke}\
     .arrow{stroke:#111;stroke-width:1}.help{stroke:#111;stroke-width:.5;stroke-dasharray:2 2}\

@@ -101,6 +101,21 @@ dimensions! {
     /// Charge, C.
     CHARGE = "a charge", "C", [1e-21, 1e6]:
         ["fC" = 1e-15, "pC" = 1e-12, "nC" = 1e-9, "C" = 1.0];
+    /// Magnetic flux density, T.
+    FLUX_DENSITY = "a flux density", "T", [1e-15, 1e3]:
+        ["nT" = 1e-9, "uT" = 1e-6, "mT" = 1e-3, "T" = 1.0];
+    /// Difference of temperatures, K.
+    TEMPERATURE_DIFFERENCE = "a temperature difference", "K", [1e-9, 1e4]:
+        ["mK" = 1e-3, "K" = 1.0];
+    /// Relative change per temperature, 1/K.
+    TEMPERATURE_COEFFICIENT = "a temperature coefficient", "1/K", [1e-12, 1.0]:
+        ["ppm/K" = 1e-6, "%/K" = 1e-2, "1/K" = 1.0];
+    /// Displacement per force, m/N.
+    COMPLIANCE = "a compliance", "m/N", [1e-12, 1e6]:
+        ["um/N" = 1e-6, "mm/N" = 1e-3, "m/N" = 1.0];
+    /// Angle per force, rad/N.
+    TILT_PER_FORCE = "a tilt per force", "rad/N", [1e-12, 1e6]:
+        ["mrad/N" = 1e-3, "deg/N" = 0.017453292519943295, "rad/N" = 1.0];
     /// Voltage, V.
     VOLTAGE = "a voltage", "V", [1e-12, 1e6]:
         ["nV" = 1e-9, "uV" = 1e-6, "mV" = 1e-3, "V" = 1.0];
@@ -296,7 +311,7 @@ fn limits<R: Rule>() -> [f64; 2] {
 macro_rules! rules {
     ($($(#[$doc:meta])* $name:ident: $dimension:expr, $lowest:expr, $open:literal, $highest:expr;)+) => {
         $($(#[$doc])*
-        #[derive(Debug, Clone, Copy)]
+        #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct $name;
         impl Rule for $name {
             const DIMENSION: Option<&'static Dimension> = $dimension;
@@ -365,6 +380,20 @@ rules! {
     PositiveDensity: Some(&DENSITY), 0.0, true, 1e5;
     /// A viscosity of zero or more.
     NonNegativeViscosity: Some(&VISCOSITY), 0.0, false, NO_LIMIT;
+    /// Any flux density.
+    AnyFluxDensity: Some(&FLUX_DENSITY), -NO_LIMIT, false, NO_LIMIT;
+    /// A flux density of zero or more.
+    NonNegativeFluxDensity: Some(&FLUX_DENSITY), 0.0, false, NO_LIMIT;
+    /// A temperature difference of zero or more.
+    NonNegativeTemperature: Some(&TEMPERATURE_DIFFERENCE), 0.0, false, 1e3;
+    /// A relative change per temperature, of at most 10 % per kelvin either way.
+    AnyTemperatureCoefficient: Some(&TEMPERATURE_COEFFICIENT), -0.1, false, 0.1;
+    /// Any displacement per force.
+    AnyCompliance: Some(&COMPLIANCE), -NO_LIMIT, false, NO_LIMIT;
+    /// Any angle per force.
+    AnyTiltPerForce: Some(&TILT_PER_FORCE), -NO_LIMIT, false, NO_LIMIT;
+    /// An angle from zero to 1 rad.
+    SmallAngle: Some(&ANGLE), 0.0, false, 1.0;
     /// A speed above zero.
     PositiveSpeed: Some(&SPEED), 0.0, true, 1e3;
     /// A charge per force above zero.

@@ -125,13 +125,15 @@ pub enum Quantity {
     Force,
     /// Pressure, Pa.
     Pressure,
+    /// Magnetic flux density, T.
+    FluxDensity,
     /// A number whose meaning the source does not state.
     Raw,
 }
 
 impl Quantity {
     /// All quantities.
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Counts,
         Self::Capacitance,
         Self::Voltage,
@@ -139,6 +141,7 @@ impl Quantity {
         Self::Charge,
         Self::Force,
         Self::Pressure,
+        Self::FluxDensity,
         Self::Raw,
     ];
 
@@ -152,6 +155,7 @@ impl Quantity {
             Self::Charge => "charge",
             Self::Force => "force",
             Self::Pressure => "pressure",
+            Self::FluxDensity => "flux_density",
             Self::Raw => "raw",
         }
     }

@@ -1,10 +1,11 @@
-//! Calibration of any array of cells from readings under known pressures.
+//! Calibration of any chain of stages from readings under known loads.
 //!
 //! The parameters are the numbers that the parts name themselves; readings go through the whole
 //! chain, cover and network included.
 
 mod result;
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use crate::device_model::{
@@ -21,32 +22,39 @@ use crate::table_checks::follows;
 use taxel::InputError;
 use taxel::acquisition::Quantity;
 use taxel::electronics::LastStage;
-use taxel::mechanics::LoadHistory;
+use taxel::mechanics::{ForceAxes, LoadHistory};
 use taxel::predict::LoadColumn;
 use taxel::quantity as unit;
 use taxel::sensor::{Element, Sensor};
-use taxel::stage::{Cells, Chain, PartParameter};
+use taxel::stage::{CellLoad, Chain, PartParameter};
 use taxel_numerics::Noise;
 use taxel_numerics::least_squares::{FitError, Parameter, Prior, Problem, fit};
 
 /// The column that says which cell a row is of.
 const TAXEL: &str = "taxel";
+/// ... and which of its channels, where it has several.
+const CHANNEL_OF: &str = "channel";
 
 columns! {
     TIME = quantity("time", &unit::TIME, 1e12, "clock of the readings");
     NUMBER = number(TAXEL, [0.0, 65535.0], "which cell, row by row from 0; without it the middle one");
     PRESSURE = quantity("pressure", &unit::STRESS, 1e9, "on the pitch of that cell alone");
+    CHANNEL = number(CHANNEL_OF, [0.0, 65535.0], "which channel of that taxel, from 0, where it has several; without it the first");
+    FORCE_X = quantity("force_x", &unit::FORCE, 1e6, "side force on that taxel along x, of one that has it");
+    FORCE_Y = quantity("force_y", &unit::FORCE, 1e6, "side force along y");
     FORCE_Z = quantity("force_z", &unit::FORCE, 1e6, "pressing force on the pitch of that cell, in place of the pressure");
     COUNTS = number("counts", [-4294967295.0, 4294967295.0], "of the board, of that cell's channel");
     VOLTAGE = quantity("voltage", &unit::VOLTAGE, 1e6, "at the converter, in place of the counts");
     CAPACITANCE = size("capacitance", &unit::CAPACITANCE, 1.0, "of a board that gives capacitances");
     RESISTANCE = size("resistance", &unit::RESISTANCE, 1e18, "of a board that gives resistances");
     PORT_PRESSURE = quantity("port_pressure", &unit::STRESS, 1e9, "of a board that gives pressures");
+    FLUX_DENSITY = quantity("flux_density", &unit::FLUX_DENSITY, 1e3, "of a board of magnetometers");
     COUNTS_DEVIATION = number("counts_deviation", [0.0, 4294967295.0], "standard deviation of the counts");
     CAPACITANCE_DEVIATION = size("capacitance_deviation", &unit::CAPACITANCE, 1.0, "standard deviation of the capacitance");
     VOLTAGE_DEVIATION = size("voltage_deviation", &unit::VOLTAGE, 1e6, "standard deviation of the voltage");
     RESISTANCE_DEVIATION = size("resistance_deviation", &unit::RESISTANCE, 1e18, "standard deviation of the resistance");
     PORT_DEVIATION = size("port_pressure_deviation", &unit::STRESS, 1e9, "standard deviation of the pressure");
+    FLUX_DENSITY_DEVIATION = size("flux_density_deviation", &unit::FLUX_DENSITY, 1e3, "standard deviation of the flux density");
     HOLD_OUT = hold_out();
 }
 
@@ -61,25 +69,35 @@ const MATTERS: f64 = 0.1;
 /// Calibrates an array of cells.
 pub(super) struct CellsCalibrator<'a> {
     named: &'a NamedSensor<'a>,
-    cells: &'a Cells,
     chain: Chain,
+    /// Deviations of what is made, by the name of the number.
+    fabrication: Vec<(String, f64)>,
 }
 
-/// One reading of the channel of a cell under a pressure on it alone.
+/// One reading of a channel of a taxel under a load on it alone.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reading {
     taxel: usize,
-    /// Pa.
-    pressure: f64,
+    /// Among all of the array.
+    channel: usize,
+    /// Along x and y, N, and pressing, Pa or N.
+    load: [f64; 3],
     /// Signal of the channel, SI.
     signal: f64,
     deviation: Option<f64>,
     marked: bool,
 }
 
+impl Reading {
+    /// Pressing, Pa or N.
+    fn pressure(&self) -> f64 {
+        self.load[2]
+    }
+}
+
 impl OfSeries for Reading {
     fn series(&self) -> usize {
-        self.taxel
+        self.channel
     }
 
     fn is_marked(&self) -> bool {
@@ -104,14 +122,46 @@ impl Bench<'_> {
                 *value = at[place];
             }
         });
-        let mut pressures = vec![0.0; chain.count()];
+        let mut loads = vec![0.0; chain.count()];
+        let (count, first) = (chain.axes.count(), chain.axes.first());
+        let per_taxel = chain.channels_per_taxel();
+        // The channels of a taxel are read under the same loads.
+        let mut known: HashMap<(usize, [u64; 3]), Vec<f64>> = HashMap::new();
         let signal = |reading: &Reading| {
-            pressures[reading.taxel] = reading.pressure;
-            let signal = chain.respond(&pressures).signals[reading.taxel];
-            pressures[reading.taxel] = 0.0;
-            signal
+            let taxel = reading.taxel;
+            let under = (taxel, reading.load.map(f64::to_bits));
+            let signals = known.entry(under).or_insert_with(|| {
+                let own = count * taxel..count * (taxel + 1);
+                loads[own.clone()].copy_from_slice(&reading.load[first..]);
+                let signals = chain.respond(&loads).signals;
+                loads[own].fill(0.0);
+                signals[per_taxel * taxel..per_taxel * (taxel + 1)].to_vec()
+            });
+            signals[reading.channel - per_taxel * taxel]
         };
         self.readings.iter().map(signal).collect()
+    }
+}
+
+impl Bench<'_> {
+    /// The same with what each channel reads more than the model throughout, where a taxel has several:
+    /// a field of the bench and offsets of the chips are no number of the skin.
+    fn follow(&self, at: &[f64]) -> Vec<f64> {
+        let mut predicted = self.predict(at);
+        if self.chain.channel_of(0).is_some() {
+            return predicted;
+        }
+        let mut sums = vec![[0.0; 2]; self.chain.channels()];
+        for ((reading, signal), noise) in self.readings.iter().zip(&predicted).zip(&self.noise) {
+            let weight = noise.powi(-2);
+            let [sum, weights] = sums[reading.channel];
+            sums[reading.channel] = [sum + weight * (reading.signal - signal), weights + weight];
+        }
+        for (reading, signal) in self.readings.iter().zip(&mut predicted) {
+            let [sum, weights] = sums[reading.channel];
+            *signal += sum / weights;
+        }
+        predicted
     }
 }
 
@@ -121,7 +171,7 @@ impl Problem for Bench<'_> {
     }
 
     fn residuals(&self, at: &[f64], residuals: &mut [f64]) -> bool {
-        let predicted = self.predict(at);
+        let predicted = self.follow(at);
         let pairs = self.readings.iter().zip(predicted).zip(&self.noise);
         for (residual, ((reading, signal), noise)) in residuals.iter_mut().zip(pairs) {
             *residual = (reading.signal - signal) / noise;
@@ -137,14 +187,11 @@ impl Problem for Bench<'_> {
 impl<'a> CellsCalibrator<'a> {
     /// `None` for a sensor of another kind.
     pub(super) fn new(named: &'a NamedSensor<'a>) -> Option<Self> {
-        let Element::Cells(cells) = &named.sensor.element else {
-            return None;
-        };
-        let chain = named.sensor.cells().ok()?.chain().clone();
+        let device = named.sensor.cells().ok()?;
         Some(Self {
             named,
-            cells,
-            chain,
+            chain: device.chain().clone(),
+            fabrication: device.fabrication().to_vec(),
         })
     }
 
@@ -156,7 +203,7 @@ impl<'a> CellsCalibrator<'a> {
                 found.push((parameter, *value));
             }
         };
-        self.cells.clone().parameters(&mut take);
+        parameters(&mut self.named.sensor.element.clone(), &mut take);
         found
     }
 
@@ -185,6 +232,7 @@ impl<'a> CellsCalibrator<'a> {
             Quantity::Capacitance => (CAPACITANCE, CAPACITANCE_DEVIATION, "capacitance [F]"),
             Quantity::Resistance => (RESISTANCE, RESISTANCE_DEVIATION, "resistance [ohm]"),
             Quantity::Pressure => (PORT_PRESSURE, PORT_DEVIATION, "port_pressure [Pa]"),
+            Quantity::FluxDensity => (FLUX_DENSITY, FLUX_DENSITY_DEVIATION, "flux_density [T]"),
             _ => (VOLTAGE, VOLTAGE_DEVIATION, "voltage [V]"),
         }
     }
@@ -192,6 +240,30 @@ impl<'a> CellsCalibrator<'a> {
     /// Signal of what is at the input of the last stage.
     fn signal(&self, input: f64) -> f64 {
         self.chain.readout.signal(input)
+    }
+
+    /// The pressing load as people read it: its column, unit, SI value, and SI unit.
+    fn pressing(&self) -> (&'static str, &'static str, f64, &'static str) {
+        match self.chain.cell(0).load() {
+            CellLoad::Pressure => ("pressure", "kPa", 1e3, "Pa"),
+            CellLoad::Force => ("force_z", "N", 1.0, "N"),
+        }
+    }
+
+    /// What messages call a series of readings.
+    fn series_name(&self, of: &[Reading]) -> String {
+        let Some(first) = of.first() else {
+            return String::new();
+        };
+        let (taxel, per_taxel) = (first.taxel, self.chain.channels_per_taxel());
+        if per_taxel == 1 {
+            format!("taxel {taxel}")
+        } else {
+            format!(
+                "taxel {taxel}, channel {}",
+                first.channel - per_taxel * taxel
+            )
+        }
     }
 
     fn middle(&self) -> usize {
@@ -205,8 +277,13 @@ impl Calibratable for CellsCalibrator<'_> {
         &COLUMNS
     }
 
+    /// The channels of a taxel are read at the same times.
     fn group(&self) -> &'static str {
-        TAXEL
+        if self.chain.channels_per_taxel() > 1 {
+            CHANNEL_OF
+        } else {
+            TAXEL
+        }
     }
 
     fn models(&self) -> &'static [Model] {
@@ -222,17 +299,39 @@ impl Calibratable for CellsCalibrator<'_> {
             text.push_str(&truth(parameter.name, value, parameter.unit));
         }
         let (.., title) = self.column();
-        let _ = writeln!(text, "time [s],{TAXEL},pressure [kPa],{title}");
+        let (pressing, shown, size, _) = self.pressing();
+        let has_sides = self.chain.axes == ForceAxes::Xyz;
+        let sides = if has_sides {
+            "channel,force_x [N],force_y [N],"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "time [s],{TAXEL},{sides}{pressing} [{shown}],{title}");
         let law = hysteresis::synthetic(options.hysteresis);
         let mut taxels = vec![0, self.middle()];
         taxels.dedup();
-        for taxel in taxels {
-            let loads = (0..options.readings)
-                .map(|index| triangle(options.phase(index)) * self.chain.full_scale);
-            let readings: Vec<Reading> = loads
-                .map(|pressure| Reading {
+        let per_taxel = self.chain.channels_per_taxel();
+        let channels =
+            |taxel: usize| (per_taxel * taxel..per_taxel * (taxel + 1)).map(move |at| (taxel, at));
+        for (taxel, channel) in taxels.into_iter().flat_map(channels) {
+            let full_scale = self.chain.full_scale;
+            let load = |index: usize| {
+                let pressed = triangle(options.phase(index)) * full_scale;
+                // A side force of a quarter of what presses, along x and y in turn.
+                let side = |axis: usize| {
+                    if has_sides && index % 3 == axis + 1 {
+                        0.25 * pressed
+                    } else {
+                        0.0
+                    }
+                };
+                [side(0), side(1), pressed]
+            };
+            let readings: Vec<Reading> = (0..options.readings)
+                .map(|index| Reading {
                     taxel,
-                    pressure,
+                    channel,
+                    load: load(index),
                     signal: 0.0,
                     deviation: None,
                     marked: false,
@@ -243,13 +342,19 @@ impl Calibratable for CellsCalibrator<'_> {
             let range = crate::loads::span(signals.iter().copied());
             let mut history = LoadHistory::default();
             for (index, (reading, signal)) in readings.iter().zip(signals).enumerate() {
-                let carried = reading.pressure * law.share(&history.push(reading.pressure));
+                let carried = reading.pressure() * law.share(&history.push(reading.pressure()));
                 let off = options.drifted(range, index) + options.noise * range * noise.normal();
+                let [x, y, _] = reading.load;
+                let sides = if has_sides {
+                    format!("{},{x:.6},{y:.6},", channel - per_taxel * taxel)
+                } else {
+                    String::new()
+                };
                 let _ = writeln!(
                     text,
-                    "{:.1},{taxel},{:.6},{:.9e}",
+                    "{:.1},{taxel},{sides}{:.6},{:.9e}",
                     0.1 * index as f64,
-                    carried * 1e-3,
+                    carried / size,
                     self.chain.input(signal + off)
                 );
             }
@@ -284,12 +389,18 @@ impl DeviceReadings for CellsCalibrator<'_> {
             let taxel = table
                 .number(row, NUMBER)
                 .map_or(self.middle(), |taxel| taxel as usize);
-            if taxel >= self.chain.count() {
-                let message = format!(
-                    "there is no taxel {taxel}; the array has {}",
-                    self.chain.count()
-                );
+            let taxels = self.chain.layout.taxels();
+            if taxel >= taxels {
+                let message = format!("there is no taxel {taxel}; the array has {taxels}");
                 return Err(table.error(TAXEL, message, "count row by row from 0"));
+            }
+            let per_taxel = self.chain.channels_per_taxel();
+            let channel = table
+                .number(row, CHANNEL)
+                .map_or(0, |channel| channel as usize);
+            if channel >= per_taxel {
+                let message = format!("there is no channel {channel}; a taxel has {per_taxel}");
+                return Err(table.error("channel", message, "count from 0, as in a frame"));
             }
             let of_force = || Some(table.number(row, FORCE_Z)? / self.chain.area());
             let input = || match table.number(row, column) {
@@ -302,13 +413,16 @@ impl DeviceReadings for CellsCalibrator<'_> {
                 left_out.push(table.line(row));
                 continue;
             };
-            if pressure > self.chain.full_scale {
+            let side = |column| table.number(row, column).unwrap_or(0.0);
+            let load = [side(FORCE_X), side(FORCE_Y), pressure];
+            if load.iter().any(|load| load.abs() > self.chain.full_scale) {
                 left_out.push(table.line(row));
                 continue;
             }
             readings.push(Reading {
                 taxel,
-                pressure,
+                channel: per_taxel * taxel + channel,
+                load,
                 signal: self.signal(input),
                 deviation: table
                     .positive(row, deviation)
@@ -317,38 +431,32 @@ impl DeviceReadings for CellsCalibrator<'_> {
             });
         }
         let what =
-            "rows without pressure or reading, or beyond element.cells.full_scale, are left out";
+            "rows without load or reading, or beyond the full_scale of the element, are left out";
         remarks.extend(Remark::from_here_on(&left_out, what));
         for of in crate::split::by_series(&readings) {
-            let rows: Vec<([f64; 1], f64)> = of.iter().map(|r| ([r.pressure], r.signal)).collect();
-            let name = of
-                .first()
-                .map_or(String::new(), |r| format!("taxel {}", r.taxel));
+            let rows: Vec<([f64; 3], f64)> = of.iter().map(|r| (r.load, r.signal)).collect();
+            let name = self.series_name(&of);
             follows(table, COLUMNS[column].name, &name, &rows)?;
         }
         Ok(((), readings))
     }
 
     fn loading(&self, (): &(), of: &[Reading], remarks: &mut Vec<Remark>) -> Vec<Reading> {
-        let loads: Vec<f64> = of.iter().map(|reading| reading.pressure).collect();
+        let loads: Vec<f64> = of.iter().map(Reading::pressure).collect();
         let unloading: Vec<bool> = branches(&loads)
             .iter()
             .map(|branch| *branch == Branch::Unloading)
             .collect();
-        let name = of
-            .first()
-            .map_or(String::new(), |r| format!("taxel {}", r.taxel));
+        let name = self.series_name(of);
         on_loading(&name, of, &unloading, "", remarks)
     }
 
     fn loads(&self, (): &(), of: &[Reading]) -> Vec<Loads> {
         vec![Loads {
-            name: of
-                .first()
-                .map_or(String::new(), |r| format!("taxel {}", r.taxel)),
-            column: "pressure",
-            unit: ("kPa", 1e3),
-            values: of.iter().map(|reading| reading.pressure).collect(),
+            name: self.series_name(of),
+            column: self.pressing().0,
+            unit: (self.pressing().1, self.pressing().2),
+            values: of.iter().map(Reading::pressure).collect(),
             least: self.fitted().len() + 3,
             span: LEAST_SPAN,
             from_rest: true,
@@ -383,13 +491,12 @@ impl DeviceModel for CellsCalibrator<'_> {
                 },
             // What is known of the make is known before the readings.
             prior: self
-                .cells
                 .fabrication
-                .get(part.name)
-                .filter(|share| share.0 > 0.0)
-                .map(|share| Prior {
+                .iter()
+                .find(|(name, deviation)| name == part.name && *deviation > 0.0)
+                .map(|(_, deviation)| Prior {
                     value: drawn,
-                    deviation: share.0 * drawn.abs(),
+                    deviation: part.off(drawn, *deviation).abs(),
                 }),
             ..Parameter::new(part.name, drawn)
         };
@@ -429,12 +536,22 @@ pub(super) fn apply(
     value: &dyn Fn(&str) -> Option<f64>,
 ) -> Result<(), String> {
     let mut missing = None;
-    if let Element::Cells(cells) = &mut sensor.element {
-        cells.parameters(&mut |parameter, number| match value(parameter.name) {
+    parameters(
+        &mut sensor.element,
+        &mut |parameter, number| match value(parameter.name) {
             Some(found) => *number = found,
             None if parameter.fitted => missing = Some(parameter.name.to_owned()),
             None => {}
-        });
-    }
+        },
+    );
     missing.map_or(Ok(()), Err)
+}
+
+/// Shows each number of an element that is a chain to `each`, which may change it.
+fn parameters(element: &mut Element, each: &mut dyn FnMut(PartParameter, &mut f64)) {
+    match element {
+        Element::Cells(cells) => cells.parameters(each),
+        Element::MagneticSkin(skin) => skin.parameters(each),
+        _ => {}
+    }
 }

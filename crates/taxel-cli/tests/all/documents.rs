@@ -47,10 +47,18 @@ fn examples(page: &str, command: &str) -> Vec<Example> {
 #[test]
 fn predictions_of_the_guide_are_what_the_program_prints() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let page = fs::read_to_string(root.join("docs/book/commands.md")).unwrap();
-    let examples = examples(&page, "taxel predict");
-    assert!(examples.len() >= 5, "{} examples", examples.len());
-    for example in examples {
+    let mut all = Vec::new();
+    for (page, command, least) in [
+        ("commands.md", "taxel predict", 5),
+        ("magnetic-skin.md", "taxel check", 1),
+        ("magnetic-skin.md", "taxel predict", 1),
+    ] {
+        let page = fs::read_to_string(root.join("docs/book").join(page)).unwrap();
+        let found = examples(&page, command);
+        assert!(found.len() >= least, "{command}: {} examples", found.len());
+        all.extend(found);
+    }
+    for example in all {
         let command: Vec<&str> = example.command.iter().map(String::as_str).collect();
         let printed = done(&command);
         let printed: Vec<String> = printed.lines().map(|line| words(line).join(" ")).collect();

@@ -438,7 +438,7 @@ def _estimator_of(sensor: Sensor, calibration: Calibration | None, done: list[tu
 
 def si_of(meaning: dict[str, Any]) -> str:
     """SI unit of the values of taxels."""
-    units = {"force": "N", "pressure": "Pa", "stress": "Pa", "capacitance": "F", "resistance": "ohm", "charge": "C", "voltage": "V"}
+    units = {"force": "N", "pressure": "Pa", "stress": "Pa", "capacitance": "F", "resistance": "ohm", "charge": "C", "voltage": "V", "flux_density": "T"}
     return units.get(meaning["quantity"], str(meaning["symbol"]))
 
 

@@ -150,6 +150,7 @@ impl Arrays {
             "voltage" => "v",
             "resistance" => "ohm",
             "charge" => "c",
+            "flux_density" => "t",
             other => other,
         };
         let force = unit_suffix(&meaning.force, "");

@@ -18,7 +18,7 @@ const fn unit(quantity: Quantity, symbol: &'static str, si_per_unit: f64) -> Ent
 
 /// Standard gravity is 9.80665 m/s², a pound 0.45359237 kg, an inch 0.0254 m;
 /// mercury and water are the conventional ones.
-const UNITS: [Entry; 48] = [
+const UNITS: [Entry; 52] = [
     unit(Quantity::Capacitance, "aF", 1e-18),
     unit(Quantity::Capacitance, "fF", 1e-15),
     unit(Quantity::Capacitance, "pF", 1e-12),
@@ -37,6 +37,10 @@ const UNITS: [Entry; 48] = [
     unit(Quantity::Charge, "nC", 1e-9),
     unit(Quantity::Charge, "pC", 1e-12),
     unit(Quantity::Charge, "fC", 1e-15),
+    unit(Quantity::FluxDensity, "nT", 1e-9),
+    unit(Quantity::FluxDensity, "uT", 1e-6),
+    unit(Quantity::FluxDensity, "mT", 1e-3),
+    unit(Quantity::FluxDensity, "T", 1.0),
     unit(Quantity::Counts, "counts", 1.0),
     unit(Quantity::Raw, "raw", 1.0),
     unit(Quantity::Force, "N", 1.0),

@@ -34,6 +34,7 @@ pub(super) fn unit(quantity: &str) -> (&'static str, &'static str) {
         "voltage" => ("v", "V"),
         "resistance" | "resistance change" => ("ohm", "ohm"),
         "charge" => ("c", "C"),
+        "flux_density" => ("t", "T"),
         "force" => ("n", "N"),
         "pressure" => ("pa", "Pa"),
         "counts" => ("counts", "counts"),

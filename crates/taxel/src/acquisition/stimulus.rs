@@ -44,6 +44,7 @@ const SHIPPED: &[(&str, &str)] = &[
         "mat-ghost",
         include_str!("../../sensors/stimuli/mat-ghost.toml"),
     ),
+    ("push", include_str!("../../sensors/stimuli/push.toml")),
     ("pad-a", include_str!("../../sensors/stimuli/pad-a.toml")),
     ("pad-b", include_str!("../../sensors/stimuli/pad-b.toml")),
     ("pad-c", include_str!("../../sensors/stimuli/pad-c.toml")),

@@ -31,7 +31,7 @@ impl<'a> MeasuredForceArray<'a> {
     pub(crate) fn new(sensor: &'a Sensor, element: &MeasuredForce) -> Option<Self> {
         let parts = Parts {
             axes: element.axes,
-            ..Parts::of_cell(ForceCell.boxed(), element.full_scale)
+            ..Parts::of_cell(ForceCell::Measured.boxed(), element.full_scale)
         };
         Some(Self {
             sensor,

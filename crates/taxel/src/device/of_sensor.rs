@@ -98,7 +98,9 @@ impl Sensor {
             Element::Microchannel(_) => Ok(Box::new(self.microchannels()?)),
             Element::Trained(_) => Ok(Box::new(self.trained()?)),
             Element::MeasuredForce(_) => Ok(Box::new(self.measured_force()?)),
-            Element::Cells(_) | Element::Own(_) => Ok(Box::new(self.cells()?)),
+            Element::Cells(_) | Element::MagneticSkin(_) | Element::Own(_) => {
+                Ok(Box::new(self.cells()?))
+            }
         }
     }
 
@@ -168,7 +170,7 @@ impl Sensor {
         MeasuredForceArray::new(self, element).ok_or_else(|| self.unreadable(&FORCE_BOARD))
     }
 
-    /// The array of cells as a chain of stages, if it is one: a shipped kind or a user's own.
+    /// The array as a chain of stages, if it is one: cells, a magnetic skin or a user's own.
     ///
     /// # Errors
     /// [`Unreadable`] for another element or another board.
@@ -185,6 +187,10 @@ impl Sensor {
                         .collect(),
                 )
             }
+            Element::MagneticSkin(skin) => (
+                skin.parts(&self.layout(), &self.electronics),
+                skin.fabrication.by_name(),
+            ),
             Element::Own(own) => (own.element.parts(), Vec::new()),
             _ => return Err(self.unreadable(&FORCE_BOARD)),
         };

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Measured, PressureChip,
-    ReferenceDivider, Scan, Transimpedance, VoltageAmplifier, VoltageDivider,
+    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Magnetometer, Measured,
+    PressureChip, ReferenceDivider, Scan, Transimpedance, VoltageAmplifier, VoltageDivider,
 };
 use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, Noise, VOLTAGE};
 use crate::signal::NumberScale;
@@ -62,6 +62,8 @@ pub enum Readout {
     ReferenceDivider(ReferenceDivider),
     /// Chips that give absolute pressures.
     PressureChip(PressureChip),
+    /// Chips that give the magnetic field along three axes.
+    Magnetometer(Magnetometer),
     /// Chips that deliver numbers.
     Digital(Digital),
     /// An instrument that gives the quantity itself, such as a capacitance in pF.
@@ -130,6 +132,7 @@ impl Readout {
             Self::Transimpedance(_) => "transimpedance",
             Self::ReferenceDivider(_) => "reference_divider",
             Self::PressureChip(_) => "pressure_chip",
+            Self::Magnetometer(_) => "magnetometer",
             Self::Digital(_) => "digital",
             Self::Measured(_) => "measured",
         }
@@ -161,7 +164,7 @@ impl Electronics {
             Readout::Transimpedance(stage) => Some(Stage::Transimpedance(stage)),
             Readout::ReferenceDivider(stage) => Some(Stage::ReferenceDivider(stage)),
             Readout::Measured(measured) => measured.stage,
-            Readout::PressureChip(_) | Readout::Digital(_) => None,
+            Readout::PressureChip(_) | Readout::Magnetometer(_) | Readout::Digital(_) => None,
         }
     }
 
@@ -170,6 +173,16 @@ impl Electronics {
         match self.readout {
             Readout::Measured(_) => format!("electronics.readout.measured.stage.{below}"),
             _ => format!("electronics.readout.{below}"),
+        }
+    }
+
+    /// Key of the range of the last stage in a sensor file.
+    pub(crate) fn range_key(&self) -> &'static str {
+        match self.readout {
+            Readout::PressureChip(_) => "electronics.readout.pressure_chip.range",
+            Readout::Magnetometer(_) => "electronics.readout.magnetometer.range",
+            Readout::Digital(_) | Readout::Measured(_) => "electronics.readout.measured.range",
+            _ => "electronics.converter.range",
         }
     }
 
@@ -182,6 +195,7 @@ impl Electronics {
             }
             Readout::Measured(measured) => Some(LastStage::Instrument(measured)),
             Readout::PressureChip(chip) => Some(LastStage::Instrument(chip.instrument())),
+            Readout::Magnetometer(chip) => Some(LastStage::Instrument(chip.instrument())),
             _ => self.converter.map(LastStage::Converter),
         }
     }
@@ -191,6 +205,14 @@ impl Electronics {
         match self.readout {
             Readout::PressureChip(chip) => chip.ambient,
             _ => 0.0,
+        }
+    }
+
+    /// The magnetometers, if the board has them.
+    pub fn magnetometer(&self) -> Option<&Magnetometer> {
+        match &self.readout {
+            Readout::Magnetometer(chip) => Some(chip),
+            _ => None,
         }
     }
 

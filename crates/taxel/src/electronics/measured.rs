@@ -10,18 +10,19 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::Stage;
 use crate::quantity::{
-    CAPACITANCE, CHARGE, Dimension, FORCE, HELP, RESISTANCE, STRESS, VALUE, VOLTAGE,
+    CAPACITANCE, CHARGE, Dimension, FLUX_DENSITY, FORCE, HELP, RESISTANCE, STRESS, VALUE, VOLTAGE,
 };
 use taxel_recording::{Quantity, SignalUnit};
 
 /// What an instrument can give, with the quantity that frames carry then.
-static GIVEN: [(&Dimension, Quantity); 6] = [
+static GIVEN: [(&Dimension, Quantity); 7] = [
     (&CAPACITANCE, Quantity::Capacitance),
     (&VOLTAGE, Quantity::Voltage),
     (&RESISTANCE, Quantity::Resistance),
     (&CHARGE, Quantity::Charge),
     (&FORCE, Quantity::Force),
     (&STRESS, Quantity::Pressure),
+    (&FLUX_DENSITY, Quantity::FluxDensity),
 ];
 
 /// A number without a unit, as chips with a converter of their own give it.
@@ -91,6 +92,7 @@ impl MeasuredUnit {
             Quantity::Charge => "c",
             Quantity::Force => "n",
             Quantity::Pressure => "pa",
+            Quantity::FluxDensity => "t",
             Quantity::Counts => "",
             _ => "v",
         }
@@ -313,6 +315,25 @@ impl Measured {
                 quantity: Quantity::Pressure,
             },
             noise: Noises([stated(noise); 3]),
+            range: range.map(stated),
+            stage: None,
+        }
+    }
+
+    /// Chips that give flux densities in uT, with this noise along each axis and range, T.
+    pub(super) fn of_fields(noise: [f64; 3], range: [f64; 2]) -> Self {
+        let stated = |value| Stated {
+            value,
+            dimension: &FLUX_DENSITY,
+        };
+        Self {
+            unit: MeasuredUnit {
+                dimension: &FLUX_DENSITY,
+                symbol: "uT",
+                si_per_unit: 1e-6,
+                quantity: Quantity::FluxDensity,
+            },
+            noise: Noises(noise.map(stated)),
             range: range.map(stated),
             stage: None,
         }

@@ -7,6 +7,7 @@ mod divider_board;
 mod first_order_filter;
 mod front_end;
 mod last_stage;
+mod magnetometer;
 mod measured;
 mod output;
 mod pressure_chip;
@@ -24,6 +25,7 @@ pub use front_end::{
     CapacitanceBoard, Digital, DigitalUnit, Electronics, Readout, Stage, times_in_another_unit,
 };
 pub use last_stage::{Delivered, LastStage};
+pub use magnetometer::Magnetometer;
 pub use measured::{Measured, MeasuredUnit, NUMBER, Noises, Stated};
 pub use output::Output;
 pub use pressure_chip::PressureChip;

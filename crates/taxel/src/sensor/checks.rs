@@ -125,7 +125,10 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
     }
     let Some(converter) = &sensor.electronics.converter else {
         let readout = &sensor.electronics.readout;
-        let digital = matches!(readout, Readout::Digital(_) | Readout::PressureChip(_));
+        let digital = matches!(
+            readout,
+            Readout::Digital(_) | Readout::PressureChip(_) | Readout::Magnetometer(_)
+        );
         return require(
             digital,
             "electronics.readout",
@@ -141,7 +144,7 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
     require(
         !matches!(
             sensor.electronics.readout,
-            Readout::Digital(_) | Readout::PressureChip(_)
+            Readout::Digital(_) | Readout::PressureChip(_) | Readout::Magnetometer(_)
         ),
         "electronics.converter",
         || "these chips deliver numbers: they have a converter of their own".into(),

@@ -17,7 +17,7 @@ use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
-use crate::stage::{Cells, OwnParts};
+use crate::stage::{Cells, MagneticSkin, OwnParts};
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
@@ -86,6 +86,10 @@ const SHIPPED: &[(&str, &str)] = &[
     (
         "pressure-chips-1x8",
         include_str!("../../sensors/pressure-chips-1x8.toml"),
+    ),
+    (
+        "magnet-over-four-hall",
+        include_str!("../../sensors/magnet-over-four-hall.toml"),
     ),
     (
         "eflesh-lattice",
@@ -166,6 +170,8 @@ pub enum Element {
     MeasuredForce(MeasuredForce),
     /// Cells below a cover, read through a network.
     Cells(Box<Cells>),
+    /// Magnets in rubber over magnetometers.
+    MagneticSkin(Box<MagneticSkin>),
     /// One of a user's own ([`crate::device::Registry`]).
     #[serde(skip)]
     #[schemars(skip)]
@@ -281,6 +287,7 @@ impl Element {
             Self::Piezoelectric(_) => "piezo-slide",
             Self::Microchannel(_) => "pad-b",
             Self::MeasuredForce(_) | Self::Cells(_) | Self::Own(_) => "two-fingers",
+            Self::MagneticSkin(_) => "push",
         }
     }
 
@@ -304,6 +311,7 @@ impl Element {
             Self::Trained(_) => "trained",
             Self::MeasuredForce(_) => "measured_force",
             Self::Cells(_) => "cells",
+            Self::MagneticSkin(_) => "magnetic_skin",
             Self::Own(own) => own.key,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{CellQuantity, ChainPart, ReadoutLaw};
 use crate::electronics::{self, ChargeAmplifier, Electronics, LastStage, NUMBER, Scan};
-use crate::quantity::{CAPACITANCE, CONDUCTANCE, STRESS, VOLTAGE};
+use crate::quantity::{CAPACITANCE, CONDUCTANCE, FLUX_DENSITY, STRESS, VOLTAGE};
 use crate::signal::NumberScale;
 
 /// A first stage whose output is a straight line of the signal.
@@ -94,6 +94,7 @@ impl Board {
             Some(dimension) if *dimension == CAPACITANCE => vec!["charge_amplifier", "measured"],
             Some(dimension) if *dimension == CONDUCTANCE => vec!["transimpedance"],
             Some(dimension) if *dimension == STRESS => vec!["pressure_chip", "measured"],
+            Some(dimension) if *dimension == FLUX_DENSITY => vec!["magnetometer"],
             Some(dimension) if *dimension == NUMBER => vec!["digital"],
             Some(_) => vec!["measured"],
             None => vec!["reference_divider"],

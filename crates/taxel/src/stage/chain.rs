@@ -156,7 +156,7 @@ impl Chain {
         });
     }
 
-    /// Number of cells, which is that of the channels.
+    /// Number of cells.
     pub fn count(&self) -> usize {
         self.axes.count() * self.layout.taxels()
     }
@@ -165,6 +165,38 @@ impl Chain {
     pub fn of_cell(&self, cell: usize) -> (usize, usize) {
         let count = self.axes.count();
         (cell / count, self.axes.first() + cell % count)
+    }
+
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.network.channels(self.count())
+    }
+
+    /// Number of channels of a taxel.
+    pub fn channels_per_taxel(&self) -> usize {
+        self.channels() / self.layout.taxels()
+    }
+
+    /// Taxel of a channel, and its axis among x, y and z.
+    pub fn of_channel(&self, channel: usize) -> (usize, usize) {
+        let axis = self.axes.first() + channel % self.axes.count();
+        (channel / self.channels_per_taxel(), axis)
+    }
+
+    /// The channel of a cell; none where a network makes more channels than it has cells.
+    pub fn channel_of(&self, cell: usize) -> Option<usize> {
+        (self.channels() == self.count()).then_some(cell)
+    }
+
+    /// The chain whose channels read these signals without a load, where its network has a law of
+    /// that.
+    #[must_use]
+    pub fn at_rest(&self, signals: &[f64]) -> Option<Self> {
+        let network = self.network.at_rest(signals)?;
+        Some(Self {
+            network,
+            ..self.clone()
+        })
     }
 
     /// Gives a cell a law of its own.
@@ -234,7 +266,7 @@ impl Chain {
 
     /// Signal of each channel at the values of the cells.
     pub fn signals(&self, values: &[f64]) -> Vec<f64> {
-        let mut signals = vec![0.0; values.len()];
+        let mut signals = vec![0.0; self.network.channels(values.len())];
         self.network.read(values, &mut signals);
         signals
     }
@@ -343,7 +375,7 @@ impl Chain {
         }
         chain.parameters(&mut |parameter, value| {
             if let Some(share) = fabrication(parameter.name) {
-                *value *= 1.0 + share * normal();
+                *value += parameter.off(*value, share) * normal();
             }
         });
         chain

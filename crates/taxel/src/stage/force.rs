@@ -1,11 +1,16 @@
-//! A taxel whose board gives forces: the value is the load.
+//! A taxel whose value is the force on it.
 
 use super::{CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart};
 use crate::quantity::FORCE;
 
-/// One force of a taxel, as a board with a computer of its own gives it.
+/// One force of a taxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ForceCell;
+pub enum ForceCell {
+    /// As a board with a computer of its own gives it.
+    Measured,
+    /// As a network finds it from more signals than one.
+    Found,
+}
 
 impl ChainPart for ForceCell {}
 
@@ -43,6 +48,6 @@ impl CellLaw for ForceCell {
     }
 
     fn is_the_load(&self) -> bool {
-        true
+        *self == Self::Measured
     }
 }

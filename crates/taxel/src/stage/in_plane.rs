@@ -57,6 +57,7 @@ impl ChainPart for InPlaneCell {
             bounds: [0.5 * drawn, 2.0 * drawn],
             fitted: false,
             per_cell: true,
+            absolute: false,
         };
         each(parameter, &mut self.model.electrodes.gap);
         if self.model.electrodes.gap != drawn {

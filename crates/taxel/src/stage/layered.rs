@@ -84,6 +84,7 @@ impl ChainPart for LayeredRubber {
                 bounds: [0.5 * value, 2.0 * value],
                 fitted: false,
                 per_cell: false,
+                absolute: false,
             };
             each(
                 part("cover_thickness", "m", layer.thickness),

@@ -82,6 +82,7 @@ impl NetworkDescription {
                 bounds: [0.0, f64::INFINITY],
                 fitted: false,
                 per_cell: false,
+                absolute: false,
             };
             each(parameter, value);
         }

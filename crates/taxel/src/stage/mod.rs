@@ -23,6 +23,8 @@ mod hysteresis;
 mod in_plane;
 mod layered;
 mod lines;
+mod magnet_field;
+mod magnetic_skin;
 mod memory;
 mod one_to_one;
 mod own;
@@ -33,6 +35,7 @@ mod resistor;
 use std::fmt;
 
 use crate::drawing::View;
+use crate::information::Information;
 use crate::quantity::Dimension;
 use crate::signal::NumberScale;
 use taxel_ground::summary::Fact;
@@ -46,6 +49,10 @@ pub use hysteresis::Hysteresis;
 pub use in_plane::InPlaneCell;
 pub use layered::{LayeredRubber, RubberLayer};
 pub use lines::{Lines, NetworkDescription};
+pub use magnet_field::{MagnetArray, MagnetMake, SuspendedMagnet};
+pub use magnetic_skin::{
+    MagnetCompliance, MagnetDescription, MagnetSuspension, MagneticSkin, MagneticSkinFabrication,
+};
 pub use memory::Creep;
 pub use one_to_one::OneToOne;
 pub use own::{OwnElement, OwnParts};
@@ -56,7 +63,7 @@ pub use resistor::{Conductance, Resistor};
 /// A broken rule of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PartError {
-    /// Key below `element.cells` at which it is shown.
+    /// Key below the element at which it is shown.
     pub key: String,
     /// The mistake, with its value and what is allowed.
     pub message: String,
@@ -77,6 +84,19 @@ pub struct PartParameter {
     pub fitted: bool,
     /// True if it is each cell's own; false if all cells share it.
     pub per_cell: bool,
+    /// True if its deviation is stated in its unit; false if over its value.
+    pub absolute: bool,
+}
+
+impl PartParameter {
+    /// How far a number of this value is off that is made within this deviation.
+    pub fn off(&self, value: f64, deviation: f64) -> f64 {
+        if self.absolute {
+            deviation
+        } else {
+            deviation * value
+        }
+    }
 }
 
 /// What every part of a chain says of itself.
@@ -174,6 +194,8 @@ pub enum CellState {
     Saturated,
     /// No such cell has this value.
     Impossible,
+    /// The signals contradict each other or the model.
+    Inconsistent,
 }
 
 /// What the value of a cell says of the load on it.
@@ -328,11 +350,26 @@ pub struct Inverted {
     /// Part of each independent signal's noise in each value, a row for each value; empty where
     /// the errors of the values are independent.
     pub spread: Vec<Vec<f64>>,
+    /// How far each value says something of its load, by the signals together; empty where the law
+    /// of the cell decides it alone.
+    pub states: Vec<CellState>,
+    /// How far the signals of each taxel are from what any load gives, in standard deviations; empty
+    /// of a network that reads no more than it has cells.
+    pub misfits: Vec<f64>,
     /// False if the search did not end.
     pub converged: bool,
 }
 
 impl Inverted {
+    /// Covariance of two values, SI.
+    pub fn covariance(&self, one: usize, other: usize) -> f64 {
+        match (self.spread.get(one), self.spread.get(other)) {
+            (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| a * b).sum(),
+            _ if one == other => self.deviations[one] * self.deviations[one],
+            _ => 0.0,
+        }
+    }
+
     /// Variance of Σ `weights`·value, SI.
     pub fn variance_of_sum(&self, weights: &[f64]) -> f64 {
         if self.spread.is_empty() {
@@ -352,7 +389,7 @@ impl Inverted {
     }
 }
 
-/// Values of all cells to the signals of the channels, one for each cell.
+/// Values of all cells to the signals of the channels, by default one for each cell.
 pub trait Network: ChainPart {
     /// A copy.
     fn boxed(&self) -> Box<dyn Network>;
@@ -364,6 +401,36 @@ pub trait Network: ChainPart {
     fn joins(&self, count: usize) -> Result<(), PartError> {
         let _ = count;
         Ok(())
+    }
+
+    /// Number of channels that it makes of so many cells: the same number for each taxel.
+    fn channels(&self, cells: usize) -> usize {
+        cells
+    }
+
+    /// The network whose cells read these signals without a load, where its own law says more than
+    /// that their values are counted from it.
+    fn at_rest(&self, signals: &[f64]) -> Option<Box<dyn Network>> {
+        let _ = signals;
+        None
+    }
+
+    /// True if its deviations have those of its fabrication in them.
+    fn knows_its_make(&self) -> bool {
+        false
+    }
+
+    /// What signals with the deviations `noise` say of the values of a taxel about these ones, beside
+    /// all else that moves them; none of a network whose cells alone do.
+    fn information(&self, values: &[f64], taxel: usize, noise: &[f64]) -> Option<Information> {
+        let _ = (values, taxel, noise);
+        None
+    }
+
+    /// Quantities of a taxel that lie between its values and its signals, for people.
+    fn between(&self, taxel: usize, values: &[f64]) -> Vec<(CellQuantity, f64)> {
+        let _ = (taxel, values);
+        Vec::new()
     }
 
     /// Whether it joins cells with values of this kind.

@@ -291,6 +291,7 @@ impl ChainPart for Points {
             bounds,
             fitted: true,
             per_cell: true,
+            absolute: false,
         };
         let gain = PartParameter {
             unit: "",

@@ -28,6 +28,7 @@ impl ChainPart for PressurePort {
             bounds: [0.0, 0.95],
             fitted: true,
             per_cell: true,
+            absolute: false,
         };
         each(parameter, &mut self.trapped_air);
     }

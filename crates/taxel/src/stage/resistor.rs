@@ -71,6 +71,7 @@ impl ChainPart for Resistor {
                 bounds,
                 fitted: true,
                 per_cell: true,
+                absolute: false,
             };
             each(parameter, value);
         }

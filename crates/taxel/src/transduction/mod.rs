@@ -7,6 +7,7 @@ mod in_plane_statement;
 mod in_plane_study;
 pub mod in_plane_table;
 mod line_network;
+mod magnet;
 mod microchannel;
 pub mod microchannel_table;
 pub mod path_table;
@@ -25,6 +26,10 @@ pub use in_plane_model::{CapacitanceLaw, InPlaneError, InPlaneModel, InPlaneStat
 pub use in_plane_study::{StudyCurve, StudyParameter, StudyPoint, study};
 pub use in_plane_table::DrawnTable;
 pub use line_network::{IdleLines, Inverse, LineNetwork, LineWiring, NetworkError};
+pub use magnet::{
+    CuboidMagnet, CylinderMagnet, MagnetField, MagnetPose, MagnetShape, SphereMagnet,
+    VACUUM_PERMEABILITY,
+};
 pub use microchannel::{
     Conductor, MicrochannelLayer, MicrochannelResponse, ThinnestPoint, mean_inverse_area_ratio,
 };

@@ -29,7 +29,7 @@ const NAMED: [&str; 10] = [
     "taxel/src/sensor/checks.rs",
 ];
 
-const VARIANTS: [&str; 8] = [
+const VARIANTS: [&str; 9] = [
     "ThreeAxisCapacitor",
     "InPlaneCapacitor",
     "Piezoelectric",
@@ -37,6 +37,7 @@ const VARIANTS: [&str; 8] = [
     "Trained",
     "MeasuredForce",
     "Cells",
+    "MagneticSkin",
     "Own",
 ];
 

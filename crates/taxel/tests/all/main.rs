@@ -24,6 +24,8 @@ mod faults;
 mod invariants;
 mod layered_cover;
 mod line_network;
+mod magnet;
+mod magnetic_skin;
 mod measured;
 mod module_graph;
 mod p1_properties;

@@ -1,15 +1,21 @@
 //! What follows from the parts of a chain together.
 
-use super::ChainDevice;
+use super::{CONTACT_SHARE, ChainDevice};
 use crate::device::timing;
 use crate::estimation::{Reader as _, Threshold};
-use crate::stage::CellQuantity;
+use crate::information::InformationOptions;
+use crate::predict::{Load, LoadValue};
+use crate::stage::{CellLoad, CellQuantity};
 use crate::summary::{Fact, Value, fact, number, text};
 
 /// Facts of all parts, in the order of the signal.
 pub(super) fn facts(device: &ChainDevice<'_>) -> Vec<Fact> {
-    let count = text(&device.chain.count());
-    let mut facts = vec![fact("device", "channels", count, "one for each cell")];
+    let chain = &device.chain;
+    let each = match chain.channel_of(0) {
+        Some(_) => "one for each cell",
+        None => "three for each magnetometer",
+    };
+    let mut facts = vec![fact("device", "channels", text(&chain.channels()), each)];
     facts.extend(device.chain.stages().iter().flat_map(|stage| stage.facts()));
     facts.extend(of_the_cover(device));
     facts.extend(of_the_cells(device));
@@ -48,6 +54,10 @@ fn of_the_cover(device: &ChainDevice<'_>) -> Vec<Fact> {
 
 fn of_the_cells(device: &ChainDevice<'_>) -> Vec<Fact> {
     let chain = &device.chain;
+    if chain.cell(0).load() == CellLoad::Force {
+        // The value is the load, and its network says the rest.
+        return Vec::new();
+    }
     let (cell, mut names) = (chain.cell(0), Vec::new());
     let quantity = cell.quantity();
     let values = [0.0, chain.full_scale].map(|pressure| cell.value(pressure));
@@ -92,7 +102,12 @@ fn of_the_board(device: &ChainDevice<'_>) -> Vec<Fact> {
             .map(|(name, input)| {
                 let name = format!("range_used_{}", name.replace(' ', "_"));
                 let used = share((input - low) / (high - low));
-                fact("electronics", name, used, chain.last.range_key())
+                fact(
+                    "electronics",
+                    name,
+                    used,
+                    device.sensor.electronics.range_key(),
+                )
             }),
     );
     facts
@@ -100,6 +115,9 @@ fn of_the_board(device: &ChainDevice<'_>) -> Vec<Fact> {
 
 fn of_the_estimate(device: &ChainDevice<'_>) -> Vec<Fact> {
     let (chain, full_scale) = (&device.chain, device.chain.full_scale);
+    if chain.cell(0).load() == CellLoad::Force {
+        return of_the_force(device);
+    }
     let kpa = |value: f64| number(value, "pa", "kPa", 1e3);
     let noise = |(at, pressure)| {
         let noise = kpa(chain.deviation() / one_cell_slope(device, pressure).abs());
@@ -128,6 +146,53 @@ fn of_the_estimate(device: &ChainDevice<'_>) -> Vec<Fact> {
     let holds = format!("holds for {}", caveat.unwrap_or("loading and unloading"));
     let source = "law of the cell";
     facts.push(fact("estimation", "stated_deviation", text(&holds), source));
+    facts
+}
+
+/// What one frame says of the forces on a taxel, with and without all else that moves its signals.
+fn of_the_force(device: &ChainDevice<'_>) -> Vec<Fact> {
+    let chain = &device.chain;
+    let newtons = |value: f64| number(value, "n", "mN", 1e-3);
+    let mut facts = Vec::new();
+    let nothing = vec![None; super::predict::loads(chain).len()];
+    for (at, share) in [("rest", 0.0), ("half_scale", 0.5)] {
+        let mut values = nothing.clone();
+        values[2] = Some(LoadValue::Number(share * chain.full_scale));
+        let found = device.of_forces(&Load::of(&values), &InformationOptions::default());
+        let Some(covariance) = found.covariance() else {
+            let words = "one frame does not tell the forces";
+            let name = format!("deviation_of_a_force_at_{at}");
+            facts.push(fact(
+                "estimation",
+                name,
+                text(&words),
+                "slopes of the chain",
+            ));
+            continue;
+        };
+        let source = "Cramer-Rao bound, all else that moves the signals unknown";
+        for (index, unknown) in found
+            .unknowns
+            .iter()
+            .enumerate()
+            .filter(|(_, one)| !one.beside)
+        {
+            let name = format!("deviation_of_{}_at_{at}", unknown.name);
+            let value = newtons(covariance[index][index].sqrt());
+            facts.push(fact("estimation", name, value, source));
+        }
+    }
+    let source = "full_scale of the element";
+    facts.push(fact(
+        "estimation",
+        "full_scale",
+        newtons(chain.full_scale),
+        source,
+    ));
+    let least = newtons(CONTACT_SHARE * chain.full_scale);
+    let source =
+        "or 6 standard deviations of the pressing force by noise, if that is more; default";
+    facts.push(fact("estimation", "least_contact_force", least, source));
     facts
 }
 

@@ -17,7 +17,7 @@ use crate::layout::Layout;
 use crate::predict::{Load, LoadColumn, Predictor};
 use crate::quantity::{Dimension, FORCE, RESISTANCE};
 use crate::sensor::{Broken, Sensor, check_scan_time, masked_capacitors, micrometres, require};
-use crate::stage::{Board, CellEstimate, CellState, Chain, Memory, PartError, Parts};
+use crate::stage::{Board, CellEstimate, CellLoad, CellState, Chain, Memory, PartError, Parts};
 use crate::summary::Fact;
 
 pub use predict::ChainPredictor;
@@ -62,6 +62,12 @@ impl<'a> ChainDevice<'a> {
         &self.chain
     }
 
+    /// Standard deviation of each number that is made otherwise than drawn, by its name: over its value,
+    /// or in its unit ([`crate::stage::PartParameter::absolute`]).
+    pub fn fabrication(&self) -> &[(String, f64)] {
+        &self.fabrication
+    }
+
     fn scatter(&self, name: &str) -> Option<f64> {
         let found = self.fabrication.iter().find(|(key, _)| key == name);
         found.map(|(_, share)| *share)
@@ -73,18 +79,20 @@ impl<'a> ChainDevice<'a> {
     /// [`FrameError::Quantity`] when these cannot be frames of its board.
     pub fn chain_reader(&self, quantity: Quantity) -> Result<ChainReader, FrameError> {
         let sides = |(name, share): &(String, f64)| {
-            [1.0 + share, 1.0 - share].map(|factor| {
+            [1.0, -1.0].map(|side| {
                 let (mut chain, mut own) = (self.chain.clone(), false);
                 chain.parameters(&mut |parameter, value| {
                     if parameter.name == name {
-                        *value *= factor;
+                        *value += side * parameter.off(*value, *share);
                         own = parameter.per_cell;
                     }
                 });
                 (chain, own)
             })
         };
-        let made = self.fabrication.iter().flat_map(sides);
+        // A network that knows its make has that in its deviations.
+        let apart = (!self.chain.network.knows_its_make()).then_some(&self.fabrication);
+        let made = apart.into_iter().flatten().flat_map(sides);
         ChainReader::new(self.chain.clone(), made.collect(), quantity)
     }
 
@@ -111,13 +119,9 @@ impl Device for ChainDevice<'_> {
                 .duration(self.sensor.array.rows, self.sensor.array.columns),
         )?;
         check_mask(self.sensor)?;
-        let broken = |error: PartError| {
-            Broken::new(
-                &format!("element.cells.{}", error.key),
-                error.message,
-                &error.help,
-            )
-        };
+        let element = self.sensor.element.key();
+        let key = |below: &str| format!("element.{element}.{below}");
+        let broken = |error: PartError| Broken::new(&key(&error.key), error.message, &error.help);
         if let Some(cover) = &self.chain.cover {
             cover.fits(self.chain.layout.pitch).map_err(broken)?;
         }
@@ -131,20 +135,20 @@ impl Device for ChainDevice<'_> {
         let (laws, cells) = (self.chain.laws(), self.chain.count());
         require(
             laws == 1 || laws == cells,
-            "element.cells.cell",
+            &key("cell"),
             || format!("there are curves of {laws} cells, and the array has {cells}"),
             "give one for all, or one for each cell, row by row",
         )?;
         require(
             self.chain.network.takes(self.chain.cell(0).quantity()),
-            "element.cells.network",
+            &key("network"),
             || "this network joins resistors alone".into(),
             "leave it out: the cells are read one by one",
         )?;
         let largest = self.chain.cell(0).largest();
         require(
             self.chain.full_scale <= largest,
-            "element.cells.full_scale",
+            &key("full_scale"),
             || {
                 let [end, largest] = [self.chain.full_scale, largest].map(|load| load / 1e3);
                 format!("{end} kPa is beyond the last point of the curve, at {largest} kPa")
@@ -167,7 +171,7 @@ impl Device for ChainDevice<'_> {
         for (name, _) in &self.fabrication {
             require(
                 names.contains(&name.as_str()),
-                &format!("element.cells.fabrication.{name}"),
+                &key(&format!("fabrication.{name}")),
                 || format!("no part of this device has a number \"{name}\""),
                 &format!("use one of: {}", names.join(", ")),
             )?;
@@ -186,7 +190,7 @@ impl Device for ChainDevice<'_> {
         for (what, input) in (0..laws).flat_map(|cell| self.inputs(cell)) {
             require(
                 low < input && input < high,
-                self.chain.last.range_key(),
+                self.sensor.electronics.range_key(),
                 || {
                     let [input, low, high] = [input, low, high].map(|value| value / size);
                     format!(
@@ -208,7 +212,7 @@ impl Device for ChainDevice<'_> {
     }
 
     fn information_loads(&self) -> &'static [LoadColumn] {
-        &predict::LOADS
+        predict::loads(&self.chain)
     }
 
     fn information_noise(&self) -> &'static Dimension {
@@ -221,6 +225,9 @@ impl Device for ChainDevice<'_> {
         load: &Load<'_>,
         options: &InformationOptions,
     ) -> Result<Information, NoInformation> {
+        if self.chain.cell(0).load() == CellLoad::Force {
+            return Ok(self.of_forces(load, options));
+        }
         let predictor = ChainPredictor::new(self.chain.clone());
         let asked = predictor.pressures(load);
         let beyond = NoInformation::Beyond("the load needs pressure or force_z".into());
@@ -248,6 +255,9 @@ impl Device for ChainDevice<'_> {
     }
 
     fn crosstalk(&self, load: &Load<'_>) -> Result<f64, NoInformation> {
+        if self.chain.cell(0).load() == CellLoad::Force {
+            return Err(NoInformation::Kind);
+        }
         let predictor = ChainPredictor::new(self.chain.clone());
         let Some((pressures, Some(at))) = predictor.pressures(load) else {
             return Err(NoInformation::Beyond(
@@ -278,7 +288,7 @@ impl Device for ChainDevice<'_> {
     }
 
     fn reader(&self, stream: &Stream) -> Result<Box<dyn Reader>, FrameError> {
-        fits(stream, self.chain.count(), self.chain.layout.columns)?;
+        fits(stream, self.chain.channels(), self.chain.layout.columns)?;
         Ok(Box::new(self.chain_reader(stream.unit.quantity)?))
     }
 
@@ -308,7 +318,7 @@ pub fn read_back(
     let mut reader = ChainReader::new(model.clone(), Vec::new(), quantity).ok()?;
     if tared {
         let rest = made.rest();
-        let of_unit = rest.chunks(made.axes.count());
+        let of_unit = rest.chunks(made.channels_per_taxel());
         let mut problems = of_unit
             .enumerate()
             .filter_map(|(unit, rest)| reader.rest_problem(unit, rest));
@@ -337,13 +347,63 @@ impl ChainDevice<'_> {
         (0..self.chain.count()).map(pressed).collect()
     }
 
-    /// Inputs of the last stage at rest, and with this cell alone at full scale.
+    /// What one frame says of the force on a taxel, counted from a capture at rest, with all else that
+    /// moves the signals.
+    fn of_forces(&self, load: &Load<'_>, options: &InformationOptions) -> Information {
+        let predictor = ChainPredictor::new(self.chain.clone());
+        let (taxel, loads) = predictor.forces(load);
+        let tared = self.chain.at_rest(&self.chain.rest());
+        let chain = tared.as_ref().unwrap_or(&self.chain);
+        let noise = |channel: usize| {
+            let of_board = chain.deviation_along(chain.of_channel(channel).1);
+            options.noise.unwrap_or(of_board)
+        };
+        let noise: Vec<f64> = (0..chain.channels()).map(noise).collect();
+        let values = chain.values(&loads);
+        if let Some(known) = chain.network.information(&values, taxel, &noise) {
+            return known;
+        }
+        let (count, first) = (chain.axes.count(), chain.axes.first());
+        let slopes = |slot| chain.slopes(&loads, &self.direction(Some(count * taxel + slot)));
+        let columns: Vec<Vec<f64>> = (0..count).map(slopes).collect();
+        let unknown = |name| Unknown {
+            name,
+            dimension: &FORCE,
+            full_scale: chain.full_scale,
+            beside: false,
+        };
+        let row = |channel: usize| columns.iter().map(|column| column[channel]).collect();
+        Information {
+            unknowns: ["force_x", "force_y", "force_z"][first..]
+                .iter()
+                .map(|name| unknown(name))
+                .collect(),
+            jacobian: (0..noise.len()).map(row).collect(),
+            noise,
+            prior: vec![0.0; count],
+        }
+    }
+
+    /// Inputs of the last stage at rest, and with this cell alone at full scale: of several channels
+    /// that of the largest.
     fn inputs(&self, cell: usize) -> [(&'static str, f64); 2] {
         let chain = &self.chain;
-        let mut pressures = vec![0.0; chain.count()];
-        pressures[cell] = chain.full_scale;
-        let [rest, pressed] = [chain.rest(), chain.respond(&pressures).signals]
-            .map(|signals| chain.input(signals[cell]));
+        let mut loads = vec![0.0; chain.count()];
+        let (taxel, _) = chain.of_cell(cell);
+        loads[chain.axes.count() * (taxel + 1) - 1] = chain.full_scale;
+        let per_taxel = chain.channels_per_taxel();
+        let channels = match chain.channel_of(cell) {
+            Some(channel) => channel..channel + 1,
+            None => per_taxel * taxel..per_taxel * (taxel + 1),
+        };
+        let [rest, pressed] = [chain.rest(), chain.respond(&loads).signals].map(|signals| {
+            let inputs = signals[channels.clone()]
+                .iter()
+                .map(|signal| chain.input(*signal));
+            inputs
+                .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+                .unwrap_or(f64::NAN)
+        });
         [("at rest", rest), ("with one cell at full scale", pressed)]
     }
 }

@@ -1,11 +1,11 @@
 //! A load on the surface to the numbers of a frame, stage by stage.
 
 use crate::acquisition::patch_share;
-use crate::device::{number_cell, number_column};
+use crate::device::{force_loads, number_cell, number_column};
 use crate::electronics::Delivered;
 use crate::predict::{Curve, Load, LoadColumn, LoadKind, LoadRefused, Predictor};
 use crate::quantity::{FORCE, LENGTH, STRESS};
-use crate::stage::Chain;
+use crate::stage::{CellLoad, Chain};
 use crate::table::{Cell, Column};
 
 /// Predicts loads on one array.
@@ -74,6 +74,29 @@ pub(super) static LOADS: [LoadColumn; 7] = [
         "middle of the round contact",
     ),
 ];
+/// The force on one taxel.
+static FORCES: [LoadColumn; 5] = {
+    let [x, y, z] = force_loads(1e5);
+    let required = false;
+    [
+        LoadColumn { required, ..x },
+        LoadColumn { required, ..y },
+        LoadColumn { required, ..z },
+        LOADS[ROW],
+        LOADS[COLUMN],
+    ]
+};
+
+/// What loads the taxels of a chain.
+pub(super) fn loads(chain: &Chain) -> &'static [LoadColumn] {
+    match chain.cell(0).load() {
+        CellLoad::Pressure => &LOADS,
+        CellLoad::Force => &FORCES,
+    }
+}
+
+/// Columns of a force; row and column come after them.
+const FORCE_AXES: usize = 3;
 const PRESSURE: usize = 0;
 const FORCE_Z: usize = 1;
 const ROW: usize = 2;
@@ -122,11 +145,44 @@ impl ChainPredictor {
         Some((pressures, Some(cell)))
     }
 
+    /// The taxel that a force is on, and the forces on all of them, N.
+    pub(super) fn forces(&self, load: &Load<'_>) -> (usize, Vec<f64>) {
+        let (chain, layout) = (&self.chain, &self.chain.layout);
+        let named = |column: usize, lines: usize| {
+            load.number(column).map_or(lines / 2, |line| line as usize)
+        };
+        let [row, column] = self.lines();
+        let taxel = named(row, layout.rows) * layout.columns + named(column, layout.columns);
+        let mut loads = vec![0.0; chain.count()];
+        let (count, first) = (chain.axes.count(), chain.axes.first());
+        for (slot, force) in loads[count * taxel..count * (taxel + 1)]
+            .iter_mut()
+            .enumerate()
+        {
+            *force = load.number(first + slot).unwrap_or(0.0);
+        }
+        (taxel, loads)
+    }
+
+    fn is_of_forces(&self) -> bool {
+        self.chain.cell(0).load() == CellLoad::Force
+    }
+
+    /// The columns that name row and column.
+    fn lines(&self) -> [usize; 2] {
+        if self.is_of_forces() {
+            [FORCE_AXES, FORCE_AXES + 1]
+        } else {
+            [ROW, COLUMN]
+        }
+    }
+
     fn refused(&self, load: &Load<'_>) -> Option<LoadRefused> {
         let layout = &self.chain.layout;
+        let [row, column] = self.lines();
         [
-            (ROW, layout.rows, "rows"),
-            (COLUMN, layout.columns, "columns"),
+            (row, layout.rows, "rows"),
+            (column, layout.columns, "columns"),
         ]
         .into_iter()
         .find_map(|(column, lines, name)| {
@@ -139,6 +195,39 @@ impl ChainPredictor {
         })
     }
 
+    /// How the columns of a channel end.
+    fn place(&self, channel: usize) -> String {
+        let (chain, columns) = (&self.chain, self.chain.layout.columns);
+        let (taxel, _) = chain.of_channel(channel);
+        let (per_taxel, axes) = (chain.channels_per_taxel(), chain.axes.names());
+        let of_taxel = format!("_r{}c{}", taxel / columns, taxel % columns);
+        let axis = axes[channel % axes.len()];
+        match per_taxel / axes.len() {
+            _ if per_taxel == 1 => of_taxel,
+            1 => format!("{of_taxel}_{axis}"),
+            _ => format!("{of_taxel}_s{}_{axis}", channel % per_taxel / axes.len()),
+        }
+    }
+
+    fn answer_forces(&self, load: &Load<'_>, row: &mut Vec<Cell>) {
+        let (chain, (taxel, loads)) = (&self.chain, self.forces(load));
+        let signals = chain.respond(&loads).signals;
+        let numbers: Vec<Delivered> = signals.iter().map(|signal| self.number(*signal)).collect();
+        row.push(Cell::Whole((taxel / chain.layout.columns) as u64));
+        row.push(Cell::Whole((taxel % chain.layout.columns) as u64));
+        let sizes: Vec<f64> = loads.iter().map(|force| force.abs()).collect();
+        row.push(Cell::State(self.state(&[], &sizes, &numbers)));
+        let count = chain.axes.count();
+        let own = &loads[count * taxel..count * (taxel + 1)];
+        row.extend(own.iter().copied().map(Cell::Number));
+        let between = chain.network.between(taxel, &loads);
+        row.extend(between.iter().map(|(_, value)| Cell::Number(*value)));
+        for (signal, number) in signals.iter().zip(&numbers) {
+            row.push(Cell::Number(*signal));
+            row.push(number_cell(number, &chain.last));
+        }
+    }
+
     fn number(&self, signal: f64) -> Delivered {
         self.chain.last.deliver(self.chain.input(signal))
     }
@@ -149,8 +238,8 @@ impl ChainPredictor {
         let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         let used = numbers
             .iter()
-            .zip(&chain.masked)
-            .any(|(number, masked)| number.clipped && !masked);
+            .enumerate()
+            .any(|(channel, number)| number.clipped && !chain.masked[chain.of_channel(channel).0]);
         if largest(cell_loads) > chain.full_scale {
             "out_of_range"
         } else if used {
@@ -166,10 +255,15 @@ impl ChainPredictor {
 
 impl Predictor for ChainPredictor {
     fn load_columns(&self) -> &'static [LoadColumn] {
-        &LOADS
+        loads(&self.chain)
     }
 
     fn combination(&self, given: &[bool]) -> Result<(), String> {
+        if self.is_of_forces() {
+            let any = given[..FORCE_AXES].contains(&true);
+            let sentence = "give a force along x (fx), y (fy) or pressing (fz)";
+            return any.then_some(()).ok_or_else(|| sentence.into());
+        }
         let sentence = if given[PRESSURE] == given[FORCE_Z] {
             "give either pressure (p) or force_z (fz)"
         } else if given[PRESSURE] && given[RADIUS] {
@@ -195,14 +289,23 @@ impl Predictor for ChainPredictor {
             Column::plain("column"),
             Column::plain("state"),
         ];
-        if chain.cover.is_some() {
-            columns.push(of("surface_pressure".into(), kpa));
+        if self.is_of_forces() {
+            let force = |name: &&str| of(format!("force_{name}"), ("N", 1.0, "n"));
+            columns.extend(chain.axes.names().iter().map(force));
+            let between = chain.network.between(0, &vec![0.0; chain.count()]);
+            let inner = between
+                .iter()
+                .map(|(what, _)| of(what.name.into(), what.unit));
+            columns.extend(inner);
+        } else {
+            if chain.cover.is_some() {
+                columns.push(of("surface_pressure".into(), kpa));
+            }
+            columns.push(of("pressure".into(), kpa));
+            columns.push(of(cell.name.into(), cell.unit));
         }
-        columns.push(of("pressure".into(), kpa));
-        columns.push(of(cell.name.into(), cell.unit));
-        let layout = &chain.layout;
-        for index in 0..chain.count() {
-            let place = format!("_r{}c{}", index / layout.columns, index % layout.columns);
+        for channel in 0..chain.channels() {
+            let place = self.place(channel);
             columns.push(of(format!("signal{place}"), signal.unit));
             columns.push(number_column("", &place, &chain.last));
         }
@@ -220,6 +323,10 @@ impl Predictor for ChainPredictor {
     fn answer(&self, load: &Load<'_>, row: &mut Vec<Cell>) -> Result<(), LoadRefused> {
         if let Some(refused) = self.refused(load) {
             return Err(refused);
+        }
+        if self.is_of_forces() {
+            self.answer_forces(load, row);
+            return Ok(());
         }
         let Some((pressures, at)) = self.pressures(load) else {
             return Err(LoadRefused {
@@ -257,7 +364,12 @@ impl Predictor for ChainPredictor {
     }
 
     fn clips(&self, load: &Load<'_>) -> bool {
-        self.pressures(load).is_some_and(|(pressures, _)| {
+        let loads = if self.is_of_forces() {
+            Some(self.forces(load).1)
+        } else {
+            self.pressures(load).map(|(pressures, _)| pressures)
+        };
+        loads.is_some_and(|pressures| {
             let signals = self.chain.respond(&pressures).signals;
             signals.iter().any(|signal| self.number(*signal).clipped)
         })
@@ -265,6 +377,9 @@ impl Predictor for ChainPredictor {
 
     fn curves(&self, _given: &[bool]) -> Vec<Curve> {
         let cell = self.chain.cell(0).quantity();
+        if self.is_of_forces() {
+            return Vec::new();
+        }
         vec![Curve {
             title: format!("{} of the loaded cell", cell.name.replace('_', " ")),
             x: "pressure",
@@ -274,6 +389,10 @@ impl Predictor for ChainPredictor {
     }
 
     fn scales_with_load(&self, column: usize) -> bool {
-        matches!(column, PRESSURE | FORCE_Z)
+        if self.is_of_forces() {
+            column < FORCE_AXES
+        } else {
+            matches!(column, PRESSURE | FORCE_Z)
+        }
     }
 }

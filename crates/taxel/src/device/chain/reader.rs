@@ -68,6 +68,8 @@ pub struct ChainReader {
     tared: Vec<bool>,
     /// What its values are less than those of its law.
     zeros: Vec<f64>,
+    /// Load above each cell per load at it, in the last frame.
+    gains: Vec<f64>,
     /// Deviation of each load by noise alone.
     by_noise: Vec<f64>,
     /// What the numbers that all cells share add to the sum of the loads, each.
@@ -88,13 +90,20 @@ impl ChainReader {
         made: Vec<(Chain, bool)>,
         quantity: Quantity,
     ) -> Result<Self, FrameError> {
-        let count = chain.count();
+        let (count, channels) = (chain.count(), chain.channels());
         let rest = chain.rest();
         let at_full = chain.respond(&vec![chain.full_scale; count]).signals;
         let range: Vec<f64> = rest
             .iter()
             .zip(&at_full)
-            .map(|(a, b)| (a - b).abs())
+            // A network of more channels than cells does without a reading.
+            .map(|(a, b)| {
+                if channels == count {
+                    (a - b).abs()
+                } else {
+                    f64::INFINITY
+                }
+            })
             .collect();
         let falls = at_full.iter().sum::<f64>() < rest.iter().sum::<f64>();
         let unit = chain.last.unit();
@@ -107,8 +116,8 @@ impl ChainReader {
         } else {
             return Err(FrameError::quantity(quantity, &unit));
         };
-        let facts = |cell: usize| {
-            let (taxel, axis) = chain.of_cell(cell);
+        let facts = |channel: usize| {
+            let (taxel, axis) = chain.of_channel(channel);
             ChannelFacts {
                 deviation: chain.deviation_along(axis) / scale.per_number.abs(),
                 resolution: scale.step,
@@ -126,20 +135,21 @@ impl ChainReader {
         });
         Ok(Self {
             meaning: meaning(&chain),
-            channels: (0..count).map(facts).collect(),
+            channels: (0..channels).map(facts).collect(),
             memory: chain.memory.as_deref().map_or_else(Vec::new, fresh),
             found: at_rest.clone(),
             at_rest,
             rest,
-            signals: vec![0.0; count],
-            noise: vec![0.0; count],
-            ends: vec![f64::NAN; count],
+            signals: vec![0.0; channels],
+            noise: vec![0.0; channels],
+            ends: vec![f64::NAN; channels],
             weights: vec![0.0; count],
             tared: vec![false; count],
             zeros: vec![0.0; count],
             lines: chain.network.lines(),
             broken: vec![false; count],
             usual: [f64::NAN; 2],
+            gains: vec![1.0; count],
             by_noise: vec![f64::NAN; count],
             shared: vec![0.0; made.len()],
             own: vec![0.0; count],
@@ -170,7 +180,7 @@ impl ChainReader {
             let law = self.chain.cell(cell);
             law.estimate(value + self.zeros[cell], deviation, largest)
         };
-        (0..signals.len()).map(estimate).collect()
+        (0..self.chain.count()).map(estimate).collect()
     }
 
     fn invert(&mut self) {
@@ -251,6 +261,23 @@ impl ChainReader {
             ChannelState::Saturated => saturated(largest),
             _ if !self.found.converged => nothing(State::NotConverged),
             _ if value.is_nan() => nothing(State::Inconsistent),
+            _ if self
+                .found
+                .states
+                .get(cell)
+                .is_some_and(|of| *of != CellState::Ok) =>
+            {
+                let (of, deviation) = (self.found.states[cell], self.found.deviations[cell]);
+                let estimate = match of {
+                    CellState::Inconsistent => CellEstimate {
+                        load: value + self.zeros[cell],
+                        deviation,
+                        state: of,
+                    },
+                    _ => CellEstimate::bound(value + self.zeros[cell], of),
+                };
+                (estimate, state_of(of))
+            }
             _ => {
                 let value = value + self.zeros[cell];
                 let estimate = law.estimate(value, self.found.deviations[cell], largest);
@@ -307,6 +334,7 @@ impl ChainReader {
             Some(memory) if channel.usable() => memory.recover(estimate.load, elapsed),
             _ => [estimate.load, 1.0],
         };
+        self.gains[cell] = gain;
         let by_noise = gain * estimate.deviation.abs();
         if self.is_independent() {
             return ([load, by_noise], state);
@@ -327,11 +355,22 @@ impl ChainReader {
         if axes == ForceAxes::Xyz {
             touch.covariance = [[0.0; 3]; 3];
         }
-        for cell in axes.count() * taxel..axes.count() * (taxel + 1) {
-            let channel = channels.states[cell];
-            let ([load, deviation], state) = self.load(cell, channel, elapsed);
-            if state == State::Faulty && channel.usable() {
-                channels.states[cell] = ChannelState::Faulty;
+        let cells = axes.count() * taxel..axes.count() * (taxel + 1);
+        for cell in cells.clone() {
+            let channel = self.chain.channel_of(cell);
+            let reading = match channel {
+                Some(channel) => channels.states[channel],
+                None if self.chain.masked[taxel] => ChannelState::Masked,
+                None => ChannelState::Ok,
+            };
+            let ([load, deviation], mut state) = self.load(cell, reading, elapsed);
+            match channel {
+                Some(channel) if state == State::Faulty && reading.usable() => {
+                    channels.states[channel] = ChannelState::Faulty;
+                }
+                // Too few of its readings are there to tell.
+                None if state == State::Ambiguous => state = self.missing(taxel, channels),
+                _ => {}
             }
             let (_, axis) = self.chain.of_cell(cell);
             touch.value[axis] = load;
@@ -340,7 +379,33 @@ impl ChainReader {
                 touch.state = state;
             }
         }
+        if axes == ForceAxes::Xyz && !self.found.spread.is_empty() {
+            for (one, other) in cells
+                .clone()
+                .flat_map(|a| cells.clone().map(move |b| (a, b)))
+            {
+                let [i, j] = [one, other].map(|cell| self.chain.of_cell(cell).1);
+                if i != j {
+                    touch.covariance[i][j] =
+                        self.found.covariance(one, other) * self.gains[one] * self.gains[other];
+                }
+            }
+        }
+        if let Some(misfit) = self.found.misfits.get(taxel) {
+            touch.residual = *misfit;
+        }
         touch
+    }
+
+    /// Why the readings of a taxel do not tell its load.
+    fn missing(&self, taxel: usize, channels: &ChannelReadings) -> State {
+        let count = self.chain.channels_per_taxel();
+        let of_taxel = &channels.states[count * taxel..count * (taxel + 1)];
+        match of_taxel.iter().max_by_key(|state| **state as u8) {
+            Some(ChannelState::Saturated) => State::Saturated,
+            Some(ChannelState::Faulty) => State::Faulty,
+            _ => State::Ambiguous,
+        }
     }
 
     /// Adds what the numbers that all cells share are made otherwise than drawn: each moves all
@@ -399,7 +464,7 @@ impl Reader for ChainReader {
             rest: RestRules {
                 refused: None,
                 at_start: true,
-                channels_per_unit: self.chain.axes.count(),
+                channels_per_unit: self.chain.channels_per_taxel(),
                 unit: "taxel",
                 measures_noise: true,
                 ends_at_touch: false,
@@ -408,7 +473,7 @@ impl Reader for ChainReader {
     }
 
     fn noise(&self) -> Vec<f64> {
-        let along = |cell| self.chain.deviation_along(self.chain.of_cell(cell).1);
+        let along = |channel| self.chain.deviation_along(self.chain.of_channel(channel).1);
         (0..self.rest.len()).map(along).collect()
     }
 
@@ -455,14 +520,15 @@ impl Reader for ChainReader {
     }
 
     fn by_noise(&self, taxel: usize) -> Option<f64> {
-        (!self.is_independent()).then(|| self.by_noise[taxel])
+        let pressing = self.chain.axes.count() * (taxel + 1) - 1;
+        (!self.is_independent()).then(|| self.by_noise[pressing])
     }
 
     fn rest_problem(&self, unit: usize, rest: &[f64]) -> Option<String> {
-        let cells = self.drawn.axes.count() * unit..;
+        let cells = self.drawn.channels_per_taxel() * unit..;
         let of_each = cells.zip(rest).filter(|(_, rest)| !rest.is_nan());
         let mut problems =
-            of_each.filter_map(|(cell, rest)| self.drawn.cell(cell).rest_problem(*rest));
+            of_each.filter_map(|(channel, rest)| self.drawn.cell(channel).rest_problem(*rest));
         problems
             .next()
             .map(|problem| format!("taxel {unit} {problem}"))
@@ -475,8 +541,16 @@ impl Reader for ChainReader {
         self.rest = taken
             .map(|(rest, drawn)| if rest.is_nan() { drawn } else { *rest })
             .collect();
+        let at_rest = self.drawn.values(&vec![0.0; self.drawn.count()]);
+        self.usual = [f64::NAN; 2];
+        if let Some(chain) = self.drawn.at_rest(rest) {
+            self.chain = chain;
+            self.tared.fill(false);
+            self.at_rest.values = at_rest;
+            self.begin_anew();
+            return;
+        }
         let noise = self.noise();
-        let at_rest = self.drawn.values(&vec![0.0; self.rest.len()]);
         self.at_rest.values.clone_from(&at_rest);
         let network = &self.drawn.network;
         network.invert(&self.rest, &noise, &mut self.at_rest);
@@ -505,14 +579,19 @@ impl Reader for ChainReader {
                 .copied()
                 .unwrap_or(f64::NAN)
         });
+        self.begin_anew();
+    }
+}
+
+impl ChainReader {
+    /// Nothing has pressed any cell.
+    fn begin_anew(&mut self) {
         self.found.values.clone_from(&self.at_rest.values);
         for memory in &mut self.memory {
             *memory = memory.fresh();
         }
     }
-}
 
-impl ChainReader {
     /// True if the errors of the loads are those of the noise of their own channels.
     fn is_independent(&self) -> bool {
         self.made.is_empty() && self.found.spread.is_empty() && self.sampling == 0.0
@@ -527,6 +606,7 @@ fn state_of(state: CellState) -> State {
         CellState::Ambiguous => State::Ambiguous,
         CellState::Saturated => State::Saturated,
         CellState::Impossible => State::Faulty,
+        CellState::Inconsistent => State::Inconsistent,
     }
 }
 
@@ -546,11 +626,16 @@ fn meaning(chain: &Chain) -> Meaning {
     let signal = chain.network.quantity(chain.cell(0).quantity());
     let board = chain.last.unit();
     let (unit, si_per_unit, _) = signal.unit;
-    let name = |cell: usize| {
-        let taxel = chain.of_cell(cell).0;
+    let name = |channel: usize| {
+        let taxel = chain.of_channel(channel).0;
         let (row, column) = (taxel / layout.columns, taxel % layout.columns);
-        if chain.cell(cell).is_the_load() {
-            format!("r{row}c{column}.{}", axes.names()[cell % axes.count()])
+        let along = axes.names()[channel % axes.count()];
+        let per_taxel = chain.channels_per_taxel();
+        if per_taxel > axes.count() {
+            let sensor = channel % per_taxel / axes.count();
+            format!("r{row}c{column}.s{sensor}.{along}")
+        } else if chain.cell(channel).is_the_load() {
+            format!("r{row}c{column}.{along}")
         } else {
             format!("row {row}, column {column}")
         }
@@ -558,8 +643,8 @@ fn meaning(chain: &Chain) -> Meaning {
     Meaning {
         layout: layout.clone(),
         in_metres: true,
-        channels: (0..chain.count()).map(name).collect(),
-        wiring: Wiring::PerTaxel(axes.count()),
+        channels: (0..chain.channels()).map(name).collect(),
+        wiring: Wiring::PerTaxel(chain.channels_per_taxel()),
         reading: Scale::of(&board, Scale::new(signal.name, unit, si_per_unit)),
         value: match chain.cell(0).load() {
             CellLoad::Pressure => Scale::new("pressure", "kPa", 1e3),

@@ -31,13 +31,14 @@ impl Piece {
     fn loads(&self, script: &Script<'_>, start: f64) -> Vec<f64> {
         let (chain, area) = (&self.chain, self.chain.area());
         // A pull does not reach what is pressed; a board that gives forces gives pulls, too.
-        let least = if chain.cell(0).is_the_load() {
-            f64::NEG_INFINITY
-        } else {
-            0.0
-        };
+        let pulls = chain.cell(0).is_the_load();
         let load = |cell: usize| {
             let (taxel, axis) = chain.of_cell(cell);
+            let least = if pulls || axis < 2 {
+                f64::NEG_INFINITY
+            } else {
+                0.0
+            };
             let force = script.force(taxel, start + chain.delay(taxel))[axis];
             (force / area).max(least)
         };
@@ -48,7 +49,7 @@ impl Piece {
 impl Simulated for Piece {
     fn stream(&self) -> Stream {
         let chain = &self.chain;
-        let channels = chain.axes.count();
+        let channels = chain.channels_per_taxel();
         stream_of(&chain.layout, channels, chain.period, chain.last.unit())
     }
 
@@ -64,17 +65,17 @@ impl Simulated for Piece {
         let chain = &self.chain;
         let signal = chain.network.quantity(chain.cell(0).quantity());
         let is_capacitance = signal.dimension == Some(&CAPACITANCE);
-        let read = |(cell, signal): (usize, &f64)| {
-            let (taxel, axis) = chain.of_cell(cell);
-            let (count, normal) = (chain.axes.count(), noise.normal());
-            let fault = script.fault(taxel, cell % count, start + chain.delay(taxel));
+        let read = |(channel, signal): (usize, &f64)| {
+            let (taxel, axis) = chain.of_channel(channel);
+            let (count, normal) = (chain.channels_per_taxel(), noise.normal());
+            let fault = script.fault(taxel, channel % count, start + chain.delay(taxel));
             let of_last = chain.last.noise_along(axis);
             let (signal, off) = match fault {
                 Some(FaultReading::Dead) => return chain.last.dead(),
                 // A capacitor that is stuck has no noise of its own.
                 Some(FaultReading::Stuck(stuck)) if is_capacitance => (stuck.at, 0.0),
                 // A line that hangs repeats what it read of nothing.
-                Some(FaultReading::Stuck(_)) => (self.rest[cell], 0.0),
+                Some(FaultReading::Stuck(_)) => (self.rest[channel], 0.0),
                 None => (*signal, chain.readout.noise().hypot(of_last) * normal),
             };
             chain.last.deliver(chain.input(signal) + off).number
