@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use taxel::quantity::LENGTH;
 use taxel_recording::Columns;
 use taxel_serve::link::LinkAddress;
-use taxel_serve::{TouchTable, WhenRecordingFails};
+use taxel_serve::{Marks, TouchTable, WhenRecordingFails};
 
 use crate::outputs::Existing;
 
@@ -707,7 +707,7 @@ impl Live {
             (self.save.is_some(), "--save"),
             (self.events.is_some(), "--events"),
             (!self.outputs.out.is_empty(), "--out"),
-            (self.outputs.marks.is_some(), "--marks"),
+            (!self.outputs.marks.is_empty(), "--marks"),
         ]
         .iter()
         .find(|(given, _)| *given)
@@ -903,9 +903,10 @@ pub(crate) struct Outputs {
     /// lab streaming layer; may be repeated
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) out: Vec<String>,
-    /// Take each line of the standard input as a mark (-)
-    #[arg(long, value_name = "-", value_parser = ["-"])]
-    pub(crate) marks: Option<String>,
+    /// Take each line of the standard input (-), or each sample of a stream of the lab streaming layer
+    /// (lsl:NAME), as a mark; may be repeated
+    #[arg(long, value_name = "SOURCE", value_parser = Marks::parse)]
+    pub(crate) marks: Vec<Marks>,
 }
 
 /// What is shown as a map, and how.

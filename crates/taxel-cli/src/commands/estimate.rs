@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         },
         outputs: Outputs {
             out: Vec::new(),
-            marks: None,
+            marks: Vec::new(),
         },
         salvage: arguments.salvage,
         host: IpAddr::V4(Ipv4Addr::LOCALHOST),

@@ -170,7 +170,7 @@ fn line_outputs(arguments: &Live) -> Result<Vec<LineOutput>, Stop> {
         let message = "--out: only one output can have the standard output; give the others a file, such as csv:FILE";
         return Err(wrong(message.into()));
     }
-    if arguments.outputs.marks.is_some() && arguments.source == "-" {
+    if arguments.outputs.marks.contains(&Marks::StandardInput) && arguments.source == "-" {
         let message = "--marks -: the standard input already is the source";
         return Err(wrong(message.into()));
     }
@@ -392,7 +392,7 @@ fn sensed(
         drawing,
         source: Box::new(source),
         last_zero,
-        marks: marks(arguments),
+        marks: arguments.outputs.marks.clone(),
         replay: None,
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
@@ -631,7 +631,7 @@ fn map_session(
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
         last_zero,
-        marks: marks(arguments),
+        marks: arguments.outputs.marks.clone(),
         replay: None,
         options,
     })
@@ -769,13 +769,6 @@ pub(crate) fn stop_of_serving(error: &ServeError) -> Stop {
     match error {
         ServeError::Listen { .. } => Stop::WrongInput(error.to_string()),
         _ => Stop::Failed(error.to_string()),
-    }
-}
-
-fn marks(arguments: &Live) -> Marks {
-    match arguments.outputs.marks {
-        Some(_) => Marks::StandardInput,
-        None => Marks::Clients,
     }
 }
 

@@ -11,6 +11,7 @@ use crate::board::Beside;
 use crate::common::{Folder, done, refused, taxel};
 use crate::python::python;
 use serde_json::Value;
+use taxel_recording::mcap::{FrameMessage, MarkMessage, McapReader, Message as _, Topic};
 
 /// Longest wait for what a busy machine sends.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -226,47 +227,178 @@ fn the_outlet_of_the_lab_layer_answers_and_feeds() {
 }
 
 const PYLSL: &str = r#"
-import sys, time, pylsl
-found = {}
-for _ in range(10):
-    found.update({stream.name(): stream for stream in pylsl.resolve_byprop("type", "Force", 1, 2)})
-    found.update({stream.name(): stream for stream in pylsl.resolve_byprop("type", "Markers", 1, 2)})
-    if "taxel force" in found and "taxel events" in found:
-        break
-inlet = pylsl.StreamInlet(found["taxel force"], max_buflen=60)
-info, labels = inlet.info(10), []
-channel = info.desc().child("channels").child("channel")
-while not channel.empty():
-    labels.append((channel.child_value("label"), channel.child_value("unit")))
-    channel = channel.next_sibling("channel")
-assert len(labels) == info.channel_count() == 15 and labels[2] == ("force_z", "N"), labels
-assert abs(info.nominal_srate() - 60) < 1e-9
-inlet.open_stream(10)
-stamps, end = [], time.time() + float(sys.argv[1])
-while time.time() < end:
-    stamps += inlet.pull_chunk(timeout=0.1, max_samples=4096)[1]
-ages = pylsl.local_clock() - stamps[-1]
-gaps = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
-# One of the clock of the program and of the library: they are the same on Linux.
-assert abs(inlet.time_correction(5)) < 1e-3
-assert len(stamps) > 10 and ages < 2.0, (len(stamps), ages)
-rate = len(gaps) / (stamps[-1] - stamps[0])
-assert abs(rate - 60) < 1.0, rate
+import time, pylsl
+found, until = {}, time.time() + 20
+while "taxel force" not in found or "taxel readings" not in found:
+    assert time.time() < until, sorted(found)
+    found.update({stream.name(): stream for stream in pylsl.resolve_streams(1)})
+def channels(name):
+    inlet = pylsl.StreamInlet(found[name])
+    info, channel = inlet.info(10), None
+    channel = info.desc().child("channels").child("channel")
+    while not channel.empty():
+        at = [channel.child("location").child_value(axis) for axis in "XYZ"]
+        yield channel.child_value("label"), channel.child_value("unit"), [float(part) for part in at if part]
+        channel = channel.next_sibling("channel")
+force, readings = (list(channels(name)) for name in ("taxel force", "taxel readings"))
+assert len(force) == 15 and force[2] == ("force_z", "N", []), force
+assert len(readings) == 256, len(readings)
+# The pitch of the array is 5 mm: its first taxel lies three and a half of them to the left and up, its last opposite.
+(label, unit, first), (*_, last) = readings[0], readings[-1]
+assert (label, unit) == ("r0c0.11", "F"), readings[0]
+assert all(abs(one + other) < 1e-9 for one, other in zip(first[:2], last[:2])) and first[0] < 0 < first[1], (first, last)
+assert len({tuple(at) for _, _, at in readings}) == 64
+assert abs(found["taxel force"].nominal_srate() - 60) < 1e-9
 "#;
 
 #[test]
-fn the_library_of_the_lab_layer_loses_nothing() {
+fn the_library_of_the_lab_layer_reads_labels_units_and_places() {
     let Some(python) = python(&["pylsl"]) else {
         return;
     };
     let _alone = OUTLET.lock().unwrap_or_else(PoisonError::into_inner);
     let live = with_output("lsl");
+    let output = Command::new(python).args(["-c", PYLSL]).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    drop(live);
+}
+
+/// Ten seconds of `bench/lsl.py`, which also does ten minutes: it holds losses and stamps itself.
+#[test]
+fn the_library_of_the_lab_layer_loses_nothing_and_stamps_are_those_of_the_device() {
+    let Some(python) = python(&["pylsl", "numpy"]) else {
+        return;
+    };
+    let _alone = OUTLET.lock().unwrap_or_else(PoisonError::into_inner);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../bench/lsl.py");
     let output = Command::new(python)
-        .args(["-c", PYLSL, "5"])
+        .args([script, env!("CARGO_BIN_EXE_taxel"), "--seconds", "10"])
         .output()
         .unwrap();
     assert!(output.status.success(), "{output:?}");
+}
+
+/// More connections than an outlet serves wait for nothing, and nothing of the run waits for them.
+#[test]
+fn strangers_of_the_lab_layer_are_bounded() {
+    let _alone = OUTLET.lock().unwrap_or_else(PoisonError::into_inner);
+    let live = with_output("lsl");
+    let found = streams("name='taxel force'");
+    let port: u16 = element(&found[0], "v4data_port").parse().unwrap();
+    let mut silent: Vec<_> = (0..100)
+        .map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap())
+        .collect();
+    // Each gets a second to say what it wants, or is closed at once.
+    for stream in &mut silent {
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut nothing = Vec::new();
+        stream.read_to_end(&mut nothing).unwrap();
+        assert!(nothing.is_empty());
+    }
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.write_all(b"LSL:fullinfo\r\n").unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    assert!(text.contains("force_z"), "{text}");
     drop(live);
+}
+
+/// Events of one run are marks of another: outlet and inlet of the program itself.
+#[test]
+fn samples_of_a_stream_of_the_lab_layer_are_marks() {
+    let folder = Folder::new("lsl-marks");
+    let events = folder.path("events.jsonl");
+    let _alone = OUTLET.lock().unwrap_or_else(PoisonError::into_inner);
+    let live = with_output("lsl");
+    let arguments = ["live", "three-axis-8x8", "--headless", "--frames", "900"];
+    let marks = ["--marks", "lsl:taxel events", "--events", &events];
+    let output = taxel(&[&arguments[..], &marks].concat());
+    drop(live);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("lsl:taxel events: connected"), "{said}");
+    let text = std::fs::read_to_string(&events).unwrap();
+    let events = crate::board::objects(&text);
+    let is_mark = |event: &&Value| {
+        let text = event["text"].as_str().unwrap_or_default();
+        event["kind"] == "mark" && text.starts_with("{\"index\":")
+    };
+    assert!(events.iter().any(|event| is_mark(&event)), "{text}");
+    let message = refused(&["live", "--headless", "--marks", "lsl:"]);
+    assert!(message.contains("lsl:NAME"), "{message}");
+}
+
+const MARKERS: &str = r#"
+import sys, time, pylsl
+outlet = pylsl.StreamOutlet(pylsl.StreamInfo("taxel test markers", "Markers", 1, 0, pylsl.cf_string, "taxel-test"))
+assert outlet.wait_for_consumers(30)
+time.sleep(1)
+# When the two clocks of the mark were read one right after the other.
+before = after = 0
+while not 0 < after - before < 1e-4:
+    before, now, after = pylsl.local_clock(), time.time_ns(), pylsl.local_clock()
+# The moment lies in the past, as that of a stimulus whose marker is pushed late.
+outlet.push_sample(["grasp begins"], after - 0.5)
+print(now - 500_000_000, flush=True)
+time.sleep(10)
+"#;
+
+#[test]
+fn markers_of_the_library_of_the_lab_layer_come_into_the_recording_at_their_time() {
+    let Some(python) = python(&["pylsl"]) else {
+        return;
+    };
+    let folder = Folder::new("lsl-markers");
+    let recording = folder.path("run.mcap");
+    let mut markers = Command::new(python)
+        .args(["-c", MARKERS])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let arguments = [
+        "live",
+        "--headless",
+        "--frames",
+        "420",
+        "--marks",
+        "lsl:taxel test markers",
+        "--record",
+        &recording,
+    ];
+    done(&arguments);
+    let mut said = String::new();
+    let _ = markers.kill();
+    let mut output = markers.stdout.take().unwrap();
+    output.read_to_string(&mut said).unwrap();
+    let _ = markers.wait();
+    let at: i64 = said.trim().parse().unwrap();
+    let mut reader = McapReader::new(std::fs::File::open(&recording).unwrap());
+    let (mut marks, mut frames) = (Vec::new(), Vec::new());
+    while let Some(entry) = reader.next().unwrap() {
+        match entry.topic {
+            Topic::Marks => marks.push(MarkMessage::decode(entry.bytes).unwrap()),
+            Topic::Raw => frames.push(FrameMessage::decode(entry.bytes).unwrap()),
+            _ => {}
+        }
+    }
+    let [mark] = &marks[..] else {
+        panic!("{marks:?}")
+    };
+    assert_eq!(
+        (&*mark.text, &*mark.by),
+        ("grasp begins", "lsl:taxel test markers")
+    );
+    let apart = mark.utc_ns.cast_signed() - at;
+    // The clocks were read within 0.1 ms, and are compared by datagrams of this machine.
+    assert!(apart.abs() < 2_000_000, "{apart} ns");
+    // The device time is that of the frame of this moment: frames are 17 ms apart, and wait a while for the pump.
+    let nearest = frames
+        .iter()
+        .min_by_key(|frame| frame.utc_ns.abs_diff(mark.utc_ns));
+    let device = mark.device_time_ns.unwrap();
+    let apart = nearest.unwrap().frame.time_ns.abs_diff(device);
+    assert!(apart < 100_000_000, "{apart} ns");
 }
 
 const FOXGLOVE: &str = r#"

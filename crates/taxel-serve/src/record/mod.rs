@@ -337,9 +337,11 @@ impl Recorder {
         self.put(Recorded::Health(Box::new(message)));
     }
 
-    /// Records a mark of the operator.
+    /// Records a mark of the operator; one without a time is of now.
     pub fn mark(&self, mut message: MarkMessage) {
-        message.utc_ns = self.utc_ns();
+        if message.utc_ns == 0 {
+            message.utc_ns = self.utc_ns();
+        }
         self.put(Recorded::Mark(message));
     }
 
