@@ -62,6 +62,7 @@ pub use board::{BoardDecoder, BoardEncoder, begin, greeting, serial_settings};
 pub use capture::CaptureSource;
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
+pub use foxglove::foxglove_messages;
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
 pub use last_zero::LastZero;

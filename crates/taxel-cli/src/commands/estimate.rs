@@ -44,6 +44,7 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         events: arguments.events.clone(),
         recording: RecordOptions {
             record: None,
+            record_for: None,
             record_or_stop: false,
             record_folder: ".".into(),
         },

@@ -466,12 +466,20 @@ const ROS_2: &str = r#"
 import json, pathlib, struct, sys
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 name, counts, last = sys.argv[1], {}, {}
+# The package of messages is read by its tools, and is what the recording carries.
+known, package = get_typestore(Stores.ROS2_HUMBLE), pathlib.Path(sys.argv[2])
+for file in sorted(package.glob("msg/*.msg")):
+    known.register(get_types_from_msg(file.read_text(), "taxel_msgs/msg/" + file.stem))
 for message in read_ros2_messages(name):
     topic = message.channel.topic
     counts[topic] = counts.get(topic, 0) + 1
     last[topic] = message.ros_msg
 with AnyReader([pathlib.Path(name)]) as bag:
+    for connection in bag.connections:
+        if connection.msgtype in known.types:
+            assert known.hash_rihs01(connection.msgtype) == bag.typestore.hash_rihs01(connection.msgtype), connection.msgtype
     for connection, _, raw in bag.messages():
         bag.deserialize(raw, connection.msgtype)
         counts[connection.topic] -= 1
@@ -486,12 +494,26 @@ assert points.width == len(touch.contacts) and points.point_step == 32
 print(len(touch.values))
 "#;
 
+/// A recording of 300 frames with the messages of a program, which is a recording like any other.
+fn recorded_for(program: &str, recording: &str) {
+    let live = ["live", "three-axis-8x8", "--headless", "--speed", "max"];
+    let record = ["--frames", "300", "--record", recording];
+    done(&[&live[..], &record, &["--record-for", program]].concat());
+    let text = done(&["recording", "inspect", recording]);
+    let lines: Vec<_> = text.split_whitespace().collect();
+    assert!(
+        lines.windows(2).any(|pair| pair == ["state", "whole"]),
+        "{text}"
+    );
+    let text = done(&["recording", "compare", recording]);
+    assert!(text.contains("same touch in 300 frames"), "{text}");
+}
+
 #[test]
 fn recordings_open_in_the_tools_of_ros_2_with_standard_messages() {
     let folder = Folder::new("ros2");
     let [recording, bag] = ["run.mcap", "ros2.mcap"].map(|name| folder.path(name));
-    let live = ["live", "three-axis-8x8", "--headless", "--speed", "max"];
-    done(&[&live[..], &["--frames", "300", "--record", &recording]].concat());
+    recorded_for("ros2", &recording);
     let text = done(&["recording", "export", &recording, "-o", &bag]);
     assert!(text.contains("300 frames"), "{text}");
     // It is a bag like any other.
@@ -507,8 +529,58 @@ fn recordings_open_in_the_tools_of_ros_2_with_standard_messages() {
     let Some(python) = python(&["mcap_ros2", "rosbags"]) else {
         return;
     };
+    let package = concat!(env!("CARGO_MANIFEST_DIR"), "/../../clients/ros2/taxel_msgs");
+    // Written as it came, and made of it afterwards.
+    for file in [&recording, &bag] {
+        let output = Command::new(&python)
+            .args(["-c", ROS_2, file, package])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{file}: {output:?}");
+    }
+}
+
+const FOXGLOVE_FILE: &str = r#"
+import json, sys
+from mcap.reader import make_reader, NonSeekingReader
+def messages(reader):
+    found = {}
+    for schema, channel, message in reader.iter_messages(log_time_order=False):
+        assert schema.encoding == {"json": "jsonschema", "cdr": "ros2msg"}[channel.message_encoding]
+        found.setdefault((channel.topic, schema.name), []).append((message.log_time, message.sequence, message.data))
+    return found
+with open(sys.argv[1], "rb") as file:
+    reader = make_reader(file)
+    recorded, summary = messages(reader), reader.get_summary()
+    for number, channel in summary.channels.items():
+        kind = channel.topic, summary.schemas[channel.schema_id].name
+        assert summary.statistics.channel_message_counts.get(number, 0) == len(recorded.get(kind, [])), channel
+with open(sys.argv[2], "rb") as file:
+    exported = messages(NonSeekingReader(file))
+kinds = "/taxel/grid foxglove.Grid", "/taxel/image foxglove.RawImage", "/taxel/scene foxglove.SceneUpdate", "/tf foxglove.FrameTransform"
+for kind in map(tuple, map(str.split, kinds)):
+    assert len(recorded[kind]) == 300 and recorded[kind] == exported[kind], kind
+    assert [number for _, number, _ in recorded[kind]] == list(range(300))
+assert recorded == exported
+grid, scene = (json.loads(recorded[kind][-1][2]) for kind in (("/taxel/grid", "foxglove.Grid"), ("/taxel/scene", "foxglove.SceneUpdate")))
+assert (grid["column_count"], grid["cell_stride"]) == (8, 20) and len(scene["entities"][0]["arrows"]) == 64
+"#;
+
+#[test]
+fn recordings_have_the_types_of_foxglove() {
+    let folder = Folder::new("foxglove-file");
+    let [recording, file] = ["run.mcap", "foxglove.mcap"].map(|name| folder.path(name));
+    recorded_for("foxglove", &recording);
+    let export = ["recording", "export", &recording, "--for", "foxglove"];
+    let text = done(&[&export[..], &["-o", &file]].concat());
+    assert!(text.contains("300 frames"), "{text}");
+    let message = refused(&[&export[..], &["-o", &folder.path("run.csv")]].concat());
+    assert!(message.contains(".mcap"), "{message}");
+    let Some(python) = python(&["mcap"]) else {
+        return;
+    };
     let output = Command::new(python)
-        .args(["-c", ROS_2, &bag])
+        .args(["-c", FOXGLOVE_FILE, &recording, &file])
         .output()
         .unwrap();
     assert!(output.status.success(), "{output:?}");
@@ -521,11 +593,11 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 participant, kinds = DomainParticipant(0), kinds()
-names = {"wrench": "WrenchStamped", "image": "Image", "readings": "Float32MultiArray"}
+names = {"wrench": "WrenchStamped", "image": "Image", "contacts": "PointCloud2", "readings": "Float32MultiArray", "frame": "Frame"}
 readers = {name: DataReader(participant, Topic(participant, "rt/taxel/" + name, kinds[kind])) for name, kind in names.items()}
 print("ready", flush=True)
 last, end = {}, time.time() + 30
-while len(last) < 3 and time.time() < end:
+while len(last) < 5 and time.time() < end:
     for name, reader in readers.items():
         for sample in reader.take(8):
             last[name] = sample
@@ -533,7 +605,71 @@ while len(last) < 3 and time.time() < end:
 image = last["image"]
 assert (image.height, image.width, image.encoding, len(image.data)) == (8, 8, "32FC3", 768), image
 assert last["wrench"].header.frame_id == "taxel" and len(last["readings"].data) == 256
+points, frame = last["contacts"], last["frame"]
+assert (points.point_step, len(points.fields), len(points.data)) == (32, 8, 32 * points.width), points
+assert len(frame.values) == 256 and frame.arrival_ns == 2**64 - 1 and frame.stamp.sec > 0, frame
 "#;
+
+/// A stand-in for the interface of `rclpy` and of the types that ROS 2 builds: attributes as their definitions name
+/// them, and no others. There is no ROS 2 on this machine.
+const RCLPY: &str = r#"
+import sys, types
+def kind(name, /, **fields):
+    def start(self):
+        for field, value in fields.items():
+            object.__setattr__(self, field, value() if callable(value) else value)
+    def put(self, field, value):
+        assert field in fields, (name, field)
+        object.__setattr__(self, field, value)
+    return type(name, (), {"__slots__": tuple(fields), "__init__": start, "__setattr__": put})
+Time = kind("Time", sec=0, nanosec=0)
+Header = kind("Header", stamp=Time, frame_id="")
+Vector3 = kind("Vector3", x=0.0, y=0.0, z=0.0)
+Wrench = kind("Wrench", force=Vector3, torque=Vector3)
+def module(name, **members):
+    sys.modules[name] = types.ModuleType(name)
+    vars(sys.modules[name]).update(members)
+module("geometry_msgs.msg", WrenchStamped=kind("WrenchStamped", header=Header, wrench=Wrench))
+module("sensor_msgs.msg",
+       Image=kind("Image", header=Header, height=0, width=0, encoding="", is_bigendian=0, step=0, data=list),
+       PointField=kind("PointField", name="", offset=0, datatype=0, count=0),
+       PointCloud2=kind("PointCloud2", header=Header, height=0, width=0, fields=list, is_bigendian=False, point_step=0,
+                        row_step=0, data=list, is_dense=False))
+module("std_msgs.msg", Float32MultiArray=kind("Float32MultiArray", layout=list, data=list))
+published = {}
+class Publisher:
+    def __init__(self, kind, name, depth):
+        self.kind, self.name = kind, name
+    def publish(self, message):
+        assert type(message) is self.kind
+        published[self.name] = message
+class Node:
+    def create_publisher(self, kind, name, depth):
+        return Publisher(kind, name, depth)
+module("rclpy", init=lambda: None, create_node=lambda name: Node())
+import taxel_ros2
+sys.argv = ["taxel_ros2.py", sys.argv[1], "--once", "60"]
+taxel_ros2.main()
+assert sorted(published) == ["/taxel/contacts", "/taxel/image", "/taxel/readings", "/taxel/wrench"], sorted(published)
+assert published["/taxel/image"].width == 8 and published["/taxel/wrench"].header.frame_id == "taxel"
+"#;
+
+#[test]
+fn the_bridge_uses_rclpy_where_there_is_one() {
+    let Some(python) = python(&["json"]) else {
+        return;
+    };
+    let clients = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../clients/ros2");
+    let live = Beside::start(&["live", "three-axis-8x8", "--port", "0"]);
+    let output = Command::new(python)
+        .args(["-c", RCLPY, &live.line])
+        .env("PYTHONPATH", clients)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("taxel_msgs is not built"), "{said}");
+}
 
 #[test]
 fn the_bridge_to_ros_2_is_read_by_another_program() {
