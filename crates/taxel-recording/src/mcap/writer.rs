@@ -540,7 +540,9 @@ fn put_schemas(out: &mut Vec<u8>, theirs: &[CompanionTopic]) {
             put_text(out, &channel.definition());
         });
     }
-    theirs.iter().for_each(|topic| put_schema(out, topic));
+    for topic in theirs {
+        put_schema(out, topic);
+    }
 }
 
 fn put_channels(out: &mut Vec<u8>, description: &str, theirs: &[CompanionTopic]) {
@@ -557,5 +559,7 @@ fn put_channels(out: &mut Vec<u8>, description: &str, theirs: &[CompanionTopic])
             put_map(out, &pairs);
         });
     }
-    theirs.iter().for_each(|topic| put_channel(out, topic));
+    for topic in theirs {
+        put_channel(out, topic);
+    }
 }
