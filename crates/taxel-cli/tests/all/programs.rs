@@ -29,6 +29,13 @@ fn socket() -> (UdpSocket, String) {
     (socket, address)
 }
 
+/// A file of the clients.
+fn clients(name: &str) -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../clients")
+        .join(name)
+}
+
 /// One outlet of the lab streaming layer at a time: all have the same names.
 static OUTLET: Mutex<()> = Mutex::new(());
 
@@ -98,6 +105,17 @@ fn datagrams_have_the_numbers_of_the_lines() {
     assert!((curves["timestamp"].as_f64().unwrap() - seconds).abs() < 1e-14);
     assert_eq!(taxel["readings_f"].as_object().unwrap().len(), 256);
     assert_eq!(taxel["deviations_z_n"].as_object().unwrap().len(), 64);
+    // Each curve of the layout is a number of the datagrams.
+    let layout = std::fs::read_to_string(clients("plotjuggler/taxel-layout.xml")).unwrap();
+    let named = layout.split("<curve name=\"").skip(1);
+    for curve in named.map(|rest| rest.split('"').next().unwrap()) {
+        assert!(
+            curves
+                .pointer(&format!("/{curve}"))
+                .is_some_and(Value::is_f64),
+            "{curve}"
+        );
+    }
     assert_eq!(force.join().unwrap(), z as f32);
 }
 
@@ -460,6 +478,22 @@ fn the_client_of_foxglove_reads_all_topics() {
     assert_eq!(found["/tf"][1]["child_frame_id"], "taxel");
     // While the zero is not taken there is no force, but a key for it.
     assert!(found["/taxel/frame"][1].get("force_z_n").is_some());
+    // What the layout shows is what is sent; of a recording it shows fields of `/taxel/touch`.
+    let layout = std::fs::read_to_string(clients("foxglove/taxel-layout.json")).unwrap();
+    let layout: Value = serde_json::from_str(&layout).unwrap();
+    let panels = &layout["configById"];
+    let image = panels["Image!taxel"]["imageMode"]["imageTopic"].as_str();
+    let topics = panels["3D!taxel"]["topics"].as_object().unwrap().keys();
+    for topic in topics.map(String::as_str).chain(image) {
+        assert!(found.get(topic).is_some(), "{topic}");
+    }
+    for path in panels["Plot!taxel"]["paths"].as_array().unwrap() {
+        let (topic, field) = path["value"].as_str().unwrap().split_once('.').unwrap();
+        match topic {
+            "/taxel/touch" => assert!(["force[0]", "force[1]", "force[2]"].contains(&field)),
+            topic => assert!(found[topic][1].get(field).is_some(), "{field}"),
+        }
+    }
 }
 
 const ROS_2: &str = r#"
@@ -697,4 +731,38 @@ fn the_bridge_to_ros_2_is_read_by_another_program() {
     let output = reader.wait_with_output().unwrap();
     assert!(output.status.success(), "{output:?} {bridge:?}");
     assert!(bridge.status.success(), "{bridge:?}");
+}
+
+/// The script for MATLAB and Octave, by Octave, where there is one with `instrument-control`.
+#[test]
+fn octave_reads_and_draws_lines() {
+    let octave = |code: &str| {
+        let path = clients("octave");
+        let arguments = [
+            "--no-gui",
+            "--path",
+            &path.to_string_lossy(),
+            "--eval",
+            code,
+        ];
+        Command::new("octave").args(arguments).output()
+    };
+    let found = octave("pkg load instrument-control; disp(\"loaded\")");
+    if !found.is_ok_and(|found| String::from_utf8_lossy(&found.stdout).contains("loaded")) {
+        eprintln!("left out: there is no octave with instrument-control on this machine");
+        return;
+    }
+    let port = free_port();
+    let live = with_output(&format!("csv:tcp:{port}"));
+    // The picture is left out: it needs fonts and a printer that a machine for tests has not.
+    let code = format!("taxel_lines({port}, 2, \"\")");
+    let output = octave(&code).unwrap();
+    drop(live);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let frames = said
+        .split_whitespace()
+        .next()
+        .and_then(|count| count.parse().ok());
+    // Two seconds at 60 Hz, and the frame that ends them.
+    assert_eq!(frames, Some(121), "{output:?}");
 }
