@@ -87,6 +87,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
                 library: "live_load".into(),
                 attachments: Vec::new(),
                 metadata: Vec::new(),
+                companion: None,
                 when_failing: WhenRecordingFails::GoOn,
                 told: |message| eprintln!("{message}"),
             }))),

@@ -22,7 +22,7 @@ use taxel_serve::{
     TwinSource, run_headless, run_with_page, run_with_pages,
 };
 
-use crate::arguments::{Format, Live, REST_FRAMES, Rest};
+use crate::arguments::{Format, Live, REST_FRAMES, RecordOptions, Rest};
 use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
 use crate::{Done, Stop, files};
@@ -202,6 +202,13 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
     }
     if recorded_rest(arguments).is_some() && (arguments.start.tare || arguments.start.no_tare) {
         let message = "--rest FILE gives the rest values: leave --tare and --no-tare out";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    let RecordOptions {
+        record, record_for, ..
+    } = &arguments.recording;
+    if arguments.headless && record_for.is_some() && record.is_none() {
+        let message = "--record-for: there is no recording; add --record FILE.mcap";
         return Err(Stop::WrongInput(message.into()));
     }
     check_outputs(arguments)?;

@@ -610,6 +610,15 @@ fn recordings_have_the_types_of_foxglove() {
     assert!(text.contains("300 frames"), "{text}");
     let message = refused(&[&export[..], &["-o", &folder.path("run.csv")]].concat());
     assert!(message.contains(".mcap"), "{message}");
+    let message = refused(&[
+        "live",
+        "--headless",
+        "--frames",
+        "5",
+        "--record-for",
+        "ros2",
+    ]);
+    assert!(message.contains("--record FILE.mcap"), "{message}");
     let Some(python) = python(&["mcap"]) else {
         return;
     };
