@@ -206,6 +206,9 @@ with TaxelLive(sys.argv[1]) as live:
     except TaxelError as error:
         assert "names 0 sensors" in str(error), error
     with live.sensor(1) as other:
+        # While a rest capture runs none begins.
+        while not (other.status and other.status["tare"] == "done"):
+            other.next_frame()
         other.start_recording("second.mcap")
         while not (other.status and other.status["recording"]):
             other.next_frame()
@@ -226,6 +229,8 @@ try {
   if (!(error instanceof TaxelError) || !error.message.includes('names 0 sensors')) throw error;
 }
 const other = await live.sensor(1);
+// While a rest capture runs none begins.
+while (other.status?.tare !== 'done') await other.nextFrame();
 other.startRecording('second.mcap');
 while (!other.status?.recording) await other.nextFrame();
 other.stopRecording();
