@@ -6,9 +6,11 @@ Publishes, with the time at which a frame came here as stamp:
 
     /taxel/wrench    geometry_msgs/WrenchStamped   total on the sensor, right-handed: what presses is negative along z
     /taxel/image     sensor_msgs/Image             values of the taxels, 32FC1 (pressing) or 32FC3 (x, y, pressing), SI
+    /taxel/contacts  sensor_msgs/PointCloud2       contacts: x, y, z, force, deviation of its pressing part, number
     /taxel/readings  std_msgs/Float32MultiArray    readings of all channels, SI
+    /taxel/frame     taxel_msgs/Frame              the same with number, times and flags, where the package taxel_msgs is built
 
-These types have no place to say that a number is a bound: a total that is not exact, and the value of a taxel at an end of what can be
+The standard types have no place to say that a number is a bound: a total that is not exact, and the value of a taxel at an end of what can be
 read, are NaN.
 
 By `rclpy` where a ROS 2 is sourced; otherwise by `cyclonedds` (pip install cyclonedds), under the names that ROS 2 gives to topics and
@@ -16,6 +18,8 @@ types, so that nodes on the same network and domain (ROS_DOMAIN_ID) see them.
 """
 
 import argparse
+import dataclasses
+import importlib
 import os
 import pathlib
 import struct
@@ -24,11 +28,25 @@ import time
 from dataclasses import dataclass
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "python"))
-from taxel_live import TaxelError, TaxelLive  # noqa: E402
+from taxel_live import NOT_KNOWN, TaxelError, TaxelLive  # noqa: E402
 
 
 # States in which a value is no more than a bound.
 BOUNDS = "closed", "out_of_range", "saturated"
+
+
+# Topics, with package and type, in the order in which they are published.
+TOPICS = (
+    ("/taxel/wrench", "geometry_msgs", "WrenchStamped"),
+    ("/taxel/image", "sensor_msgs", "Image"),
+    ("/taxel/contacts", "sensor_msgs", "PointCloud2"),
+    ("/taxel/readings", "std_msgs", "Float32MultiArray"),
+    ("/taxel/frame", "taxel_msgs", "Frame"),
+)
+# Numbers of a contact, as a recording for ROS 2 has them.
+FIELDS = "x", "y", "z", "force_x", "force_y", "force_z", "force_z_deviation", "id"
+# Code of numbers of 32 bits with a point.
+FLOAT32 = 7
 
 
 class ByRclpy:
@@ -36,31 +54,38 @@ class ByRclpy:
 
     def __init__(self):
         import rclpy
-        from geometry_msgs.msg import WrenchStamped
-        from sensor_msgs.msg import Image
-        from std_msgs.msg import Float32MultiArray
 
         rclpy.init()
-        self._types = WrenchStamped, Image, Float32MultiArray
         self._node = rclpy.create_node("taxel")
-        names = "/taxel/wrench", "/taxel/image", "/taxel/readings"
-        self._publishers = [self._node.create_publisher(kind, name, 10) for kind, name in zip(self._types, names)]
+        self._publishers, self._types = {}, {}
+        for name, package, kind in TOPICS:
+            try:
+                # The folder of the package beside this file is found as well, without what is built of it.
+                self._types[kind] = getattr(importlib.import_module(package + ".msg"), kind)
+            except (ImportError, AttributeError):
+                if package != "taxel_msgs":
+                    raise
+                print("note: the package taxel_msgs is not built: /taxel/frame is left out", file=sys.stderr)
+                continue
+            self._publishers[name] = self._node.create_publisher(self._types[kind], name, 10)
+        self._field = importlib.import_module("sensor_msgs.msg").PointField
 
-    def _head(self, message, stamp, frame):
-        message.header.stamp.sec, message.header.stamp.nanosec = stamp
-        message.header.frame_id = frame
+    def make(self, kind, **fields):
+        """A message whose fields, which may be those of a part (`header__stamp__sec`), are set."""
+        message = self._field() if kind == "PointField" else self._types[kind]()
+        for path, value in fields.items():
+            *parts, last = path.split("__")
+            part = message
+            for name in parts:
+                part = getattr(part, name)
+            setattr(part, last, value)
+        return message
 
-    def publish(self, stamp, frame, force, moment, image, readings):
-        wrench, picture, array = (kind() for kind in self._types)
-        self._head(wrench, stamp, frame)
-        for part, values in ((wrench.wrench.force, force), (wrench.wrench.torque, moment)):
-            part.x, part.y, part.z = values
-        self._head(picture, stamp, frame)
-        picture.height, picture.width, picture.encoding, picture.step, data = image
-        picture.data = list(data)
-        array.data = readings
-        for publisher, message in zip(self._publishers, (wrench, picture, array)):
-            publisher.publish(message)
+    def has(self, name):
+        return name in self._publishers
+
+    def publish(self, name, message):
+        self._publishers[name].publish(message)
 
 
 class ByCyclone:
@@ -76,29 +101,46 @@ class ByCyclone:
         self._kinds = kinds()
         participant = DomainParticipant(int(os.environ.get("ROS_DOMAIN_ID", "0")))
         qos = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10))
-        topics = ("wrench", "WrenchStamped"), ("image", "Image"), ("readings", "Float32MultiArray")
-        self._writers = [
-            DataWriter(participant, Topic(participant, f"rt/taxel/{name}", self._kinds[kind]), qos=qos) for name, kind in topics
-        ]
+        self._writers = {
+            name: DataWriter(participant, Topic(participant, "rt" + name, self._kinds[kind]), qos=qos) for name, _, kind in TOPICS
+        }
 
-    def publish(self, stamp, frame, force, moment, image, readings):
-        kinds = self._kinds
-        header = kinds["Header"](stamp=kinds["Time"](*stamp), frame_id=frame)
-        vector = kinds["Vector3"]
-        height, width, encoding, step, data = image
-        messages = (
-            kinds["WrenchStamped"](header, kinds["Wrench"](vector(*force), vector(*moment))),
-            kinds["Image"](header, height, width, encoding, 0, step, list(data)),
-            kinds["Float32MultiArray"](kinds["MultiArrayLayout"]([], 0), readings),
-        )
-        for writer, message in zip(self._writers, messages):
-            writer.write(message)
+    def make(self, kind, **fields):
+        """A message of these fields, which may be those of a part (`header__stamp__sec`)."""
+        whole = {}
+        for path, value in fields.items():
+            *parts, last = path.split("__")
+            part = whole
+            for name in parts:
+                part = part.setdefault(name, {})
+            part[last] = value
+        return self._built(self._kinds[kind], whole)
+
+    def _built(self, kind, fields):
+        """An instance of a type; what is not given is as empty as ROS has it."""
+        values = {}
+        for field in dataclasses.fields(kind):
+            value, types = fields.get(field.name), {one.__name__: one for one in self._kinds.values()}
+            name = getattr(field.type, "__name__", "")
+            if name in types:
+                value = self._built(types[name], value or {})
+            elif value is None:
+                value = [] if "sequence" in str(field.type) else "" if field.type is str else 0
+            values[field.name] = value
+        return kind(**values)
+
+    def has(self, _):
+        return True
+
+    def publish(self, name, message):
+        self._writers[name].write(message)
 
 
 def kinds():
     """The types of ROS 2 as cyclonedds takes them, by name."""
     from cyclonedds.idl import IdlStruct
-    from cyclonedds.idl.types import float32, float64, int32, sequence, uint8, uint32
+    from cyclonedds.idl.types import float32, float64, int32, uint8, uint32, uint64
+    from cyclonedds.idl.types import sequence as many
 
     @dataclass
     class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
@@ -134,7 +176,7 @@ def kinds():
         encoding: str
         is_bigendian: uint8
         step: uint32
-        data: sequence[uint8]
+        data: many[uint8]
 
     @dataclass
     class MultiArrayDimension(IdlStruct, typename="std_msgs::msg::dds_::MultiArrayDimension_"):
@@ -144,15 +186,46 @@ def kinds():
 
     @dataclass
     class MultiArrayLayout(IdlStruct, typename="std_msgs::msg::dds_::MultiArrayLayout_"):
-        dim: sequence[MultiArrayDimension]
+        dim: many[MultiArrayDimension]
         data_offset: uint32
 
     @dataclass
     class Float32MultiArray(IdlStruct, typename="std_msgs::msg::dds_::Float32MultiArray_"):
         layout: MultiArrayLayout
-        data: sequence[float32]
+        data: many[float32]
 
-    every = Time, Header, Vector3, Wrench, WrenchStamped, Image, MultiArrayLayout, Float32MultiArray
+    @dataclass
+    class PointField(IdlStruct, typename="sensor_msgs::msg::dds_::PointField_"):
+        name: str
+        offset: uint32
+        datatype: uint8
+        count: uint32
+
+    @dataclass
+    class PointCloud2(IdlStruct, typename="sensor_msgs::msg::dds_::PointCloud2_"):
+        header: Header
+        height: uint32
+        width: uint32
+        fields: many[PointField]
+        is_bigendian: bool
+        point_step: uint32
+        row_step: uint32
+        data: many[uint8]
+        is_dense: bool
+
+    @dataclass
+    class Frame(IdlStruct, typename="taxel_msgs::msg::dds_::Frame_"):
+        stamp: Time
+        sequence: uint64
+        device_time_ns: uint64
+        arrival_ns: uint64
+        flags: uint8
+        values: many[float64]
+
+    every = (
+        Time, Header, Vector3, Wrench, WrenchStamped, Image, PointField, PointCloud2, MultiArrayDimension, MultiArrayLayout,
+        Float32MultiArray, Frame,
+    )
     return {kind.__name__: kind for kind in every}
 
 
@@ -171,6 +244,48 @@ def numbers(rows):
     return [float(number) for row in rows for number in (row if hasattr(row, "__len__") else [row])]
 
 
+def messages(way, live, frame, name):
+    """The messages of a frame by topic; `name` is the frame of the sensor."""
+    hello, unknown = live.hello, [float("nan")] * 3
+    exact, bounds = hello["certainties"].index("exact"), [hello["states"].index(state) for state in BOUNDS]
+    rows, columns, each = (hello[key] for key in ("rows", "columns", "components"))
+    seconds, nanoseconds = divmod(time.time_ns(), 10**9)
+    stamp = {"stamp__sec": seconds, "stamp__nanosec": nanoseconds}
+    head = {"header__" + key: value for key, value in stamp.items()} | {"header__frame_id": name}
+    is_exact = frame.total_certainty == exact
+    x, y, pressing = (float(force) for force in (frame.force if is_exact else unknown))
+    moment = dict(zip("xyz", (float(part) for part in (frame.moment if is_exact else unknown))))
+    yield "/taxel/wrench", way.make(
+        "WrenchStamped", **head, wrench__force__x=x, wrench__force__y=y, wrench__force__z=-pressing,
+        **{"wrench__torque__" + axis: part for axis, part in moment.items()},
+    )
+    values, states = numbers(frame.values), numbers(frame.states)
+    values = [unknown[0] if states[place // each] in bounds else value for place, value in enumerate(values)]
+    yield "/taxel/image", way.make(
+        "Image", **head, height=rows, width=columns, encoding="32FC3" if each == 3 else "32FC1", is_bigendian=0,
+        step=4 * each * columns, data=list(struct.pack(f"<{len(values)}f", *values)),
+    )
+    points = []
+    for contact in frame.contacts:
+        force = contact.force if contact.certainty == exact else unknown
+        points += [*contact.centre, 0.0, *force, contact.force_deviation[2], contact.id]
+    fields = [
+        way.make("PointField", name=field, offset=4 * place, datatype=FLOAT32, count=1) for place, field in enumerate(FIELDS)
+    ]
+    step = 4 * len(FIELDS)
+    yield "/taxel/contacts", way.make(
+        "PointCloud2", **head, height=1, width=len(frame.contacts), fields=fields, is_bigendian=False, point_step=step,
+        row_step=step * len(frame.contacts), data=list(struct.pack(f"<{len(points)}f", *points)), is_dense=True,
+    )
+    readings = [float(reading) for reading in frame.readings]
+    yield "/taxel/readings", way.make("Float32MultiArray", data=readings)
+    if way.has("/taxel/frame"):
+        yield "/taxel/frame", way.make(
+            "Frame", **stamp, sequence=frame.sequence, device_time_ns=frame.time_ns,
+            arrival_ns=NOT_KNOWN if frame.host_ns is None else frame.host_ns, flags=frame.flags, values=readings,
+        )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("address", help="the address that taxel live prints")
@@ -180,21 +295,9 @@ def main():
     try:
         with TaxelLive(arguments.address) as live:
             way = publisher()
-            rows, columns, each = (live.hello[key] for key in ("rows", "columns", "components"))
-            encoding, step = ("32FC3" if each == 3 else "32FC1"), 4 * each * columns
-            exact, bounds = live.hello["certainties"].index("exact"), [live.hello["states"].index(name) for name in BOUNDS]
-            unknown = [float("nan")] * 3
             for count, frame in enumerate(live.frames(), 1):
-                now = time.time_ns()
-                is_exact = frame.total_certainty == exact
-                x, y, pressing = (float(force) for force in (frame.force if is_exact else unknown))
-                values, states = numbers(frame.values), numbers(frame.states)
-                values = [unknown[0] if states[place // each] in bounds else value for place, value in enumerate(values)]
-                image = rows, columns, encoding, step, struct.pack(f"<{len(values)}f", *values)
-                moment = [float(part) for part in (frame.moment if is_exact else unknown)]
-                readings = [float(reading) for reading in frame.readings]
-                stamp = divmod(now, 10**9)
-                way.publish(stamp, arguments.frame, (x, y, -pressing), moment, image, readings)
+                for name, message in messages(way, live, frame, arguments.frame):
+                    way.publish(name, message)
                 if count == arguments.once:
                     break
     except TaxelError as error:

@@ -17,7 +17,7 @@ use taxel::acquisition::{Stimulus, Twin};
 use taxel::sensor::Sensor;
 use taxel_bench::figure;
 use taxel_serve::{
-    Latencies, Marks, Provenance, PumpOptions, RecordFile, RecordTo, Session, Source, TwinSource,
+    Latencies, Provenance, PumpOptions, RecordFile, RecordTo, Session, Source, TwinSource,
     WhenRecordingFails, run_with_page,
 };
 use tokio::io::{AsyncBufReadExt, BufReader};
@@ -87,6 +87,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
                 library: "live_load".into(),
                 attachments: Vec::new(),
                 metadata: Vec::new(),
+                companion: None,
                 when_failing: WhenRecordingFails::GoOn,
                 told: |message| eprintln!("{message}"),
             }))),
@@ -94,7 +95,7 @@ fn serve(frames: u64) -> Result<bool, Failed> {
         },
         provenance: Provenance::default(),
         drawing: String::new(),
-        marks: Marks::default(),
+        marks: Vec::new(),
         replay: None,
         last_zero: None,
     };

@@ -615,3 +615,178 @@ fn a_mark_of_one_byte_is_told_from_the_still_ends_of_readings() {
     // The first packet is cut.
     assert_eq!((frames.len(), frames[0].values.len()), (packets - 1, 6));
 }
+
+/// A board whose frames come in packets with an address.
+#[derive(Debug, Clone, Copy)]
+struct Rows {
+    first: u8,
+    step: u8,
+    count: u8,
+    /// Values of a packet, and bytes of each.
+    values: [usize; 2],
+    /// The address before the marks, behind them, or behind the values and before a tail.
+    place: usize,
+    /// Bytes of a counter of the packets behind the address, if there is one.
+    counter: usize,
+}
+
+impl Rows {
+    /// Bytes of a frame, and its values in the order of their addresses.
+    fn frame(&self, n: u64) -> (Vec<u8>, Vec<f64>) {
+        let (mut bytes, mut all) = (Vec::new(), Vec::new());
+        for row in 0..self.count {
+            let address = self.first + self.step * row;
+            let packet = n * u64::from(self.count) + u64::from(row);
+            let [count, size] = self.values;
+            let most = if size == 1 { 255.0 } else { 4095.0 };
+            let channel = |c: usize| 1000 * u64::from(row) + c as u64;
+            let values: Vec<f64> = (0..count)
+                .map(|c| wandering(n, channel(c), [0.0, most]).round())
+                .collect();
+            // What stands before the marks is the address of what is behind them, but for lines.
+            let marks = if self.place == 2 {
+                [b'\r', b'\n']
+            } else {
+                [0xa7, 0x31]
+            };
+            let counter = &packet.to_le_bytes()[..self.counter];
+            let payload = values
+                .iter()
+                .flat_map(|value| (*value as u16).to_le_bytes().into_iter().take(size));
+            let payload: Vec<u8> = payload.collect();
+            match self.place {
+                0 => bytes.extend([&[address], &marks[..], counter, &payload].concat()),
+                1 => bytes.extend([&marks[..], &[address], counter, &payload].concat()),
+                _ => bytes.extend([counter, &payload, &[address], &marks[..]].concat()),
+            }
+            all.extend(values);
+        }
+        (bytes, all)
+    }
+}
+
+/// Packets with the address of a row, a finger or a module are drafted as parts of a frame, wherever the address
+/// stands; the address is taken for no counter.
+#[test]
+fn addresses_are_no_counters() {
+    let mut boards = Vec::new();
+    for (place, count) in [(0, 64), (1, 5), (2, 16), (1, 24), (0, 9), (2, 3), (1, 40)] {
+        for (at, (first, step)) in [(0x3c, 1), (0, 1), (1, 2)].into_iter().enumerate() {
+            let counter = [0, 1, 2][(at + place) % 3];
+            let values = [[1, 1], [4, 2], [3, 1]][(at + count as usize) % 3];
+            boards.push(Rows {
+                first,
+                step,
+                count,
+                values,
+                place,
+                counter,
+            });
+        }
+    }
+    for board in &boards {
+        let mut wire = Vec::new();
+        let mut sent = Vec::new();
+        for n in 0..60 {
+            let (bytes, values) = board.frame(n);
+            wire.extend(bytes);
+            sent.push(values);
+        }
+        // From the middle of a frame on.
+        wire.drain(..7);
+        let found = draft(&wire, None).unwrap_or_else(|why| panic!("{board:?}\n{why:?}"));
+        let count = format!("\"address\", type = \"u8\", count = {}", board.count);
+        assert!(found.file.contains(&count), "{board:?}\n{}", found.file);
+        let has_counter = found.file.contains("counts = \"packets\"");
+        assert_eq!(has_counter, board.counter > 0, "{board:?}\n{}", found.file);
+        let read = frames(&found.file, &wire);
+        let read: Vec<&[f64]> = read.iter().map(|frame| &*frame.values).collect();
+        let sent: Vec<&[f64]> = sent.iter().map(Vec::as_slice).collect();
+        assert!(
+            are_those(&sent, &read),
+            "{board:?}\n{}\n{:?}\n{:?}",
+            found.file,
+            sent[3],
+            read[3]
+        );
+    }
+}
+
+/// A fabric glove: an address from 0x3c to 0x7b, two bytes that stay, a count and a zero; nothing in its counts says
+/// which packets belong together.
+#[test]
+fn the_address_of_a_glove_is_no_counter() {
+    let mut random = SmallRng::seed_from_u64(2);
+    let mut wire: Vec<u8> = (0..40 * 64_u64)
+        .flat_map(|n| {
+            [
+                0x3c + (n % 64) as u8,
+                1,
+                0x0f,
+                random.random_range(200..=255),
+                0,
+            ]
+        })
+        .collect();
+    wire.drain(..13);
+    let found = draft(&wire, None).expect("packets of five bytes");
+    assert!(
+        found
+            .file
+            .contains("is = \"address\", type = \"u8\", count = 64, first = 60"),
+        "{}",
+        found.file
+    );
+    assert!(!found.file.contains("sequence"), "{}", found.file);
+    // The packet of 0x3e is cut; its frame and the last one are not whole, or the first is.
+    let read = frames(&found.file, &wire);
+    assert!(
+        read.len() >= 38 && read[0].values.len() == 64,
+        "{}",
+        read.len()
+    );
+    // What stands behind the address of the second frame is its reading.
+    let at = wire.iter().enumerate().position(|(at, byte)| {
+        at > 64 * 5 && *byte == 0x3c && wire[at + 1..].starts_with(&[1, 0x0f])
+    });
+    let at = at.expect("the second frame begins");
+    let second: Vec<f64> = (0..64)
+        .map(|row| f64::from(wire[at + 5 * row + 3]))
+        .collect();
+    assert!(
+        read.iter().any(|frame| frame.values == second),
+        "{}\n{second:?}\n{:?}",
+        found.file,
+        read[1].values
+    );
+}
+
+/// Counters of packets that begin again from 0 before their type does.
+#[test]
+fn a_counter_of_packets_that_begins_again_says_where() {
+    for (modulus, step) in [(200, 1), (16, 1), (100, 2)] {
+        let wire: Vec<u8> = (0..6000_u64)
+            .flat_map(|n| {
+                let values = (0..3).map(move |c| wandering(n, c, [0.0, 255.0]) as u8);
+                let count = (n * step % modulus) as u8;
+                [0xa5, 0x5a, count].into_iter().chain(values)
+            })
+            .collect();
+        let found = draft(&wire, None).expect("packets with marks");
+        let said = format!("modulus = {modulus}");
+        assert!(found.file.contains(&said), "{}", found.file);
+        assert!(!found.file.contains("address"), "{}", found.file);
+        let board = Board::parse("draft", &found.file).expect("a draft is sound");
+        let mut decoder = Decoder::new(&board, Begin::Whole);
+        decoder.push(&wire, None);
+        decoder.finish();
+        while decoder.next().is_some() {}
+        let counts = decoder.counts();
+        assert_eq!(
+            (counts.delivered, counts.lost),
+            (6000, Some(0)),
+            "{}",
+            found.file
+        );
+    }
+}

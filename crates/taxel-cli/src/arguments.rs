@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use taxel::quantity::LENGTH;
 use taxel_recording::Columns;
 use taxel_serve::link::LinkAddress;
-use taxel_serve::{TouchTable, WhenRecordingFails};
+use taxel_serve::{Marks, TouchTable, WhenRecordingFails};
 
 use crate::outputs::Existing;
 
@@ -707,7 +707,7 @@ impl Live {
             (self.save.is_some(), "--save"),
             (self.events.is_some(), "--events"),
             (!self.outputs.out.is_empty(), "--out"),
-            (self.outputs.marks.is_some(), "--marks"),
+            (!self.outputs.marks.is_empty(), "--marks"),
         ]
         .iter()
         .find(|(given, _)| *given)
@@ -764,6 +764,10 @@ pub(crate) struct RecordOptions {
     /// several sensors each has a file (run-1.mcap, run-2.mcap), by one clock
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    /// Also record messages of types that this program knows, for each frame; export makes them of a recording
+    /// without
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) record_for: Option<RecordFor>,
     /// End the run if the recording, or the file of --save, --events or --out, fails; without it
     /// the measurement goes on
     #[arg(long)]
@@ -771,6 +775,15 @@ pub(crate) struct RecordOptions {
     /// Folder of the recordings that are begun on the page
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     pub(crate) record_folder: PathBuf,
+}
+
+/// A program that has types of messages of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RecordFor {
+    /// WrenchStamped of the total, Image of the values, PointCloud2 of the contacts
+    Ros2,
+    /// Grid and RawImage of the values, SceneUpdate with arrows and contacts, FrameTransform
+    Foxglove,
 }
 
 impl RecordOptions {
@@ -903,9 +916,10 @@ pub(crate) struct Outputs {
     /// lab streaming layer; may be repeated
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) out: Vec<String>,
-    /// Take each line of the standard input as a mark (-)
-    #[arg(long, value_name = "-", value_parser = ["-"])]
-    pub(crate) marks: Option<String>,
+    /// Take each line of the standard input (-), or each sample of a stream of the lab streaming layer
+    /// (lsl:NAME), as a mark; may be repeated
+    #[arg(long, value_name = "SOURCE", value_parser = Marks::parse)]
+    pub(crate) marks: Vec<Marks>,
 }
 
 /// What is shown as a map, and how.
@@ -1048,10 +1062,13 @@ pub(crate) struct Repair {
 pub(crate) struct Export {
     /// Recording of taxel live --record
     pub(crate) file: PathBuf,
-    /// Where to: X.csv for one table over time, X.npz for NumPy, X.mcap for ROS 2 with standard messages
-    /// beside those of taxel, or a folder for a table of each kind; a folder is made
+    /// Where to: X.csv for one table over time, X.npz for NumPy, X.mcap for ROS 2 or Foxglove with messages that
+    /// they know beside those of taxel, or a folder for a table of each kind; a folder is made
     #[arg(short, long, value_name = "FILE|FOLDER")]
     pub(crate) output: PathBuf,
+    /// Whose messages X.mcap has; without it those of ROS 2
+    #[arg(long = "for", value_name = "PROGRAM")]
+    pub(crate) program: Option<RecordFor>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }

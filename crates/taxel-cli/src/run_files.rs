@@ -1,16 +1,19 @@
 //! The files of a run as its recording keeps them, so that it can be played without them.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 use taxel::estimation::{Meaning, State};
 use taxel_files::{COMMIT, VERSION};
 use taxel_recording::described_stream;
 use taxel_recording::export::ExportMeaning;
-use taxel_recording::mcap::{Attachment, Findings, Metadata};
-use taxel_serve::{PumpOptions, RecordFile, RecordFolder, RecordTo, WhenRecordingFails};
+use taxel_recording::mcap::{Attachment, Companion, Findings, Metadata, Ros2Messages};
+use taxel_serve::{
+    PumpOptions, RecordFile, RecordFolder, RecordTo, WhenRecordingFails, foxglove_messages,
+};
 
-use crate::arguments::Live;
+use crate::arguments::{Live, RecordFor};
 use crate::files;
 
 /// A file by its name.
@@ -188,9 +191,23 @@ impl RunFiles {
             library: library(),
             attachments,
             metadata: vec![metadata],
+            companion: arguments
+                .recording
+                .record_for
+                .map(|program| messages_for(program, meaning)),
             when_failing: arguments.recording.when_failing(),
             told: |message| note!("warning: {message}"),
         }
+    }
+}
+
+/// What makes messages for a program.
+pub(crate) fn messages_for(program: RecordFor, meaning: &Meaning) -> Arc<dyn Companion> {
+    match program {
+        RecordFor::Ros2 => Arc::new(Ros2Messages {
+            columns: meaning.layout.columns,
+        }),
+        RecordFor::Foxglove => foxglove_messages(meaning),
     }
 }
 

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use taxel_recording::foreign::{ForeignFile, Seekable};
 use taxel_recording::mcap::{
-    ContactMessage, McapReader, McapWriter, RecordingHead, TouchMessage, write_ros2,
+    ContactMessage, McapReader, McapWriter, RecordingHead, Ros2Messages, TouchMessage,
+    write_accompanied,
 };
 use taxel_recording::{
     Columns, ForeignFormat, Frame, Quantity, Recording, RecordingError, RecordingOptions, Stream,
@@ -495,7 +496,9 @@ fn standard_messages_are_those_of_any_bag() {
     }
     let file = writer.finish().unwrap();
     let mut bag = Vec::new();
-    let frames = write_ros2(McapReader::new(&*file), 3, "a test", &mut bag).unwrap();
+    let standard = Ros2Messages { columns: 3 };
+    let reader = McapReader::new(&*file);
+    let frames = write_accompanied(reader, &standard, "a test", &mut bag).unwrap();
     assert_eq!(frames, 4);
     let read = |part: &str, columns: Columns| {
         let files = vec![(

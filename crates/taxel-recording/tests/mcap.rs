@@ -675,3 +675,36 @@ fn a_stretch_of_time_is_cut_out() {
     assert_eq!(reader.findings().missing(Topic::Raw), 0);
     assert_eq!(done.messages, 400);
 }
+
+/// The package of messages for ROS 2 has the types of recordings, and builds all of them.
+#[test]
+fn the_package_of_messages_is_what_recordings_carry() {
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../clients/ros2/taxel_msgs/"
+    );
+    let read = |name: &str| std::fs::read_to_string(format!("{folder}{name}")).unwrap();
+    let rule = "=".repeat(80);
+    let mut types = BTreeMap::new();
+    for topic in Topic::ALL {
+        let definition = topic.definition();
+        let mut parts = definition.split(&*rule);
+        let own = parts.next().unwrap();
+        types.insert(topic.type_name().to_owned(), own.to_owned());
+        for part in parts {
+            let (name, fields) = part.trim_start().split_once('\n').unwrap();
+            let name = name.strip_prefix("MSG: ").unwrap();
+            if let Some(name) = name.strip_prefix("taxel_msgs/") {
+                types.insert(format!("taxel_msgs/msg/{name}"), fields.to_owned());
+            }
+        }
+    }
+    let built = read("CMakeLists.txt");
+    let files = std::fs::read_dir(format!("{folder}msg")).unwrap();
+    assert_eq!(files.count(), types.len());
+    for (name, fields) in types {
+        let file = name.replace("taxel_msgs/", "") + ".msg";
+        assert_eq!(read(&file), fields, "{file}");
+        assert!(built.contains(&format!("\"{file}\"")), "{file}");
+    }
+}

@@ -23,8 +23,18 @@ impl Epoch {
 
     /// UTC now, ns since 1970.
     pub(crate) fn utc_ns(&self) -> u64 {
-        let since = self.at.elapsed().as_nanos();
-        self.utc_ns + u64::try_from(since).unwrap_or(u64::MAX / 4)
+        self.utc_ns_at(Instant::now())
+    }
+
+    /// UTC at a moment, ns since 1970.
+    pub(crate) fn utc_ns_at(&self, at: Instant) -> u64 {
+        self.utc_ns + self.since_ns(at)
+    }
+
+    /// A moment by the steady clock, ns; 0 before it began.
+    pub(crate) fn since_ns(&self, at: Instant) -> u64 {
+        let since = at.saturating_duration_since(self.at).as_nanos();
+        u64::try_from(since).unwrap_or(u64::MAX / 4)
     }
 }
 

@@ -36,6 +36,7 @@ mod last_zero;
 mod latency;
 pub mod link;
 mod link_source;
+mod lsl;
 mod marks;
 mod message;
 mod moved_rest;
@@ -61,14 +62,16 @@ pub use board::{BoardDecoder, BoardEncoder, begin, greeting, serial_settings};
 pub use capture::CaptureSource;
 pub use condition::{ChannelConditions, SwappedChannels, WrongChannel};
 pub use events::{EventFile, EventFileError, EventRecord, EventSummary};
+pub use foxglove::foxglove_messages;
 pub use interrupt::Interrupt;
 pub use last_touch::LastTouch;
 pub use last_zero::LastZero;
 pub use latency::Latencies;
 pub use link_source::LinkSource;
+pub use marks::{Marks, MarksError};
 pub use message::{Provenance, Tare};
 pub use out::{LineFormat, LineOutput, LineOutputError, LineSummary, TouchTable};
-pub use pump::{Command, Failure, PumpOptions, StartTare, Summary};
+pub use pump::{Command, Failure, NewMark, PumpOptions, StartTare, Summary};
 pub use record::{
     RecordFile, RecordFolder, RecordTo, Recorded, Recorder, RecordingSummary, WhenRecordingFails,
 };
@@ -121,33 +124,14 @@ pub struct Session {
     pub options: PumpOptions,
     /// The zero of the last run of this sensor; `None` where none is kept.
     pub last_zero: Option<LastZero>,
-    /// Whether lines of the standard input are marks.
-    pub marks: Marks,
+    /// Where marks come from beside the clients; default nowhere.
+    pub marks: Vec<Marks>,
     /// Program and device as reported to clients.
     pub provenance: Provenance,
     /// The device to scale, SVG; empty for a recording that describes itself.
     pub drawing: String,
     /// A recording whose replay clients may control; `None` for other sources.
     pub replay: Option<Replay>,
-}
-
-/// Where marks come from beside the clients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Marks {
-    /// From clients alone.
-    #[default]
-    Clients,
-    /// From lines of the standard input, too.
-    StandardInput,
-}
-
-impl Marks {
-    fn listen(self, commands: &mpsc::SyncSender<Command>) {
-        if self == Self::StandardInput {
-            let input = std::io::BufReader::new(std::io::stdin());
-            marks::listen(input, commands.clone());
-        }
-    }
 }
 
 /// Silence after which a source counts as stale, s, unless its own frames are
@@ -166,8 +150,10 @@ pub(crate) fn stale_after(stream: &Stream) -> f64 {
 /// summary.
 pub fn run_headless(session: Session) -> Result<Summary, ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
-    session.marks.listen(&sender);
     let shared = Shared::new();
+    for marks in &session.marks {
+        marks.listen(&sender, &shared, session.options.told);
+    }
     let mut pump = Pump::new(
         session.source,
         session.touch,
@@ -248,8 +234,10 @@ fn begun(
     token: &str,
 ) -> Result<(Site, Pump), ServeError> {
     let (sender, commands) = mpsc::sync_channel(16);
-    session.marks.listen(&sender);
     let shared = Shared::new();
+    for marks in &session.marks {
+        marks.listen(&sender, &shared, session.options.told);
+    }
     let options = &mut session.options;
     // What is written is one pass of the source, from its beginning to its end.
     let controlled = !options.is_bounded() && !options.writes();

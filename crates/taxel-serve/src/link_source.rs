@@ -118,6 +118,13 @@ impl Source for LinkSource {
         self.link.origin().checked_add(since)
     }
 
+    fn taken(&self, frame: &Frame) -> Option<Instant> {
+        let host_ns = self.clock.host_ns(frame.time_ns)?;
+        self.link
+            .origin()
+            .checked_add(Duration::from_nanos(host_ns))
+    }
+
     fn link(&self) -> Option<LinkHandle> {
         Some(self.status())
     }

@@ -9,6 +9,8 @@ use bytes::Bytes;
 #[derive(Debug, Clone)]
 pub(crate) struct Outgoing {
     pub(crate) arrival: Instant,
+    /// When it was read on the device, as far as the relation of the clocks is known; else its arrival.
+    pub(crate) taken: Instant,
     pub(crate) bytes: Bytes,
     /// The same as a row of the table of estimates, where an output is one.
     pub(crate) row: Option<Arc<str>>,
@@ -17,8 +19,10 @@ pub(crate) struct Outgoing {
 impl Outgoing {
     /// The last message of a run.
     pub(crate) fn end() -> Self {
+        let now = Instant::now();
         Self {
-            arrival: Instant::now(),
+            arrival: now,
+            taken: now,
             bytes: Bytes::new(),
             row: None,
         }

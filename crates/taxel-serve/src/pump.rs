@@ -139,11 +139,8 @@ pub enum Command {
         /// Number of the entry.
         to: u64,
     },
-    /// Note something at the newest frame.
-    Mark {
-        /// What, in the words of whoever notes it.
-        text: String,
-    },
+    /// Note something.
+    Mark(NewMark),
     /// Record the run from now on.
     StartRecording {
         /// Name of the file in the folder of recordings.
@@ -153,6 +150,17 @@ pub enum Command {
     StopRecording,
     /// Control a replay.
     Replay(ReplayCommand),
+}
+
+/// Something to note.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewMark {
+    /// What, in the words of whoever notes it.
+    pub text: String,
+    /// Who notes it, such as `page`.
+    pub by: String,
+    /// When it happened; `None` for the newest frame.
+    pub at: Option<Instant>,
 }
 
 /// Notice when rest values are to be replaced while others are captured.
@@ -249,6 +257,8 @@ pub(crate) struct Pump {
     recent: VecDeque<Instant>,
     first: Option<Instant>,
     last: Option<LastTouch>,
+    /// When the last frame was read on the device.
+    newest_taken: Instant,
     clock: Clock,
     saver: Option<Saver>,
     table: Option<TableWriter>,
@@ -440,6 +450,7 @@ impl Pump {
             recent: VecDeque::new(),
             first: None,
             last: None,
+            newest_taken: Instant::now(),
             clock,
             failed_files: Vec::new(),
             ending: None,
@@ -616,7 +627,7 @@ impl Pump {
         let now = self.last.as_ref().map(|last| last.time_ns);
         let running = self.session.capturing();
         // A mark changes nothing that a notice may be about, nor does the control of a replay.
-        if !matches!(command, Command::Mark { .. } | Command::Replay(_)) {
+        if !matches!(command, Command::Mark(_) | Command::Replay(_)) {
             self.shared.status().notice.clear();
         }
         match command {
@@ -631,7 +642,7 @@ impl Pump {
                     }
                 }
             }
-            Command::Mark { text } => return self.note(text, now),
+            Command::Mark(mark) => return self.note(mark),
             Command::StartRecording { name } => {
                 if let Err(message) = self.start_recording(&name, now) {
                     self.shared.status().notice = message;
@@ -698,6 +709,7 @@ impl Pump {
             self.waited.push(arrived.elapsed().as_secs_f64());
         }
         let arrival = arrived.unwrap_or_else(Instant::now);
+        let taken = self.source.taken(&frame).unwrap_or(arrival);
         if !self.continuity.accept(&frame) {
             self.shared.status().last_arrival = arrival;
             self.save(frame);
@@ -741,6 +753,7 @@ impl Pump {
             // An error means that the last receiver has just gone.
             let _ = shared.messages.send(Outgoing {
                 arrival,
+                taken,
                 bytes: message::frame(touch, self.components, &health),
                 row: rows.as_mut().map(|rows| rows.row(&self.session).into()),
             });
@@ -767,6 +780,7 @@ impl Pump {
         }
         let (touch, meaning) = (self.session.estimator().touch(), self.session.meaning());
         self.last = Some(LastTouch::new(touch, meaning, self.last.take()));
+        self.newest_taken = taken;
         self.latency.push(arrival.elapsed().as_secs_f64());
         if let Some(playing) = &mut self.playing {
             playing.now.at_ns = Some(frame.time_ns);

@@ -24,7 +24,7 @@ use crate::history::{Gathered, HistoryQuery, Reply};
 use crate::link::LinkHandle;
 use crate::marks::LONGEST_MARK;
 use crate::message::{Provenance, SensorNow, Status};
-use crate::pump::Command;
+use crate::pump::{Command, NewMark};
 use crate::record::Recorder;
 use crate::replay::ReplayCommand;
 use crate::shared::{POSTS, Shared, StatusNow};
@@ -413,9 +413,11 @@ fn obey(site: &Site, text: &str) {
             },
             Request::ClearTare {} => Command::ClearTare,
             Request::UndoTare { to } => Command::UndoTare { to },
-            Request::Mark { text } => Command::Mark {
+            Request::Mark { text } => Command::Mark(NewMark {
                 text: text.chars().take(LONGEST_MARK).collect(),
-            },
+                by: By::Page.name().into(),
+                at: None,
+            }),
             Request::StartRecording { name } => Command::StartRecording { name },
             Request::StopRecording {} => Command::StopRecording,
             Request::Pause { on } => Command::Replay(ReplayCommand::Pause(on)),

@@ -59,6 +59,13 @@ pub trait Source: Send {
         None
     }
 
+    /// When `frame` was read on the device, by the relation of its clock to that of this computer, for
+    /// sources that know it.
+    fn taken(&self, frame: &Frame) -> Option<Instant> {
+        let _ = frame;
+        None
+    }
+
     /// The status of the link that it reads, or that its bytes were captured from.
     fn link(&self) -> Option<LinkHandle> {
         None

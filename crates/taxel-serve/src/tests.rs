@@ -627,6 +627,7 @@ fn recorded(folder: &std::path::Path, name: &str, by_command: bool) -> Vec<Strin
         library: "test".into(),
         attachments: Vec::new(),
         metadata: Vec::new(),
+        companion: None,
         when_failing: WhenRecordingFails::GoOn,
         told: |_| (),
     };

@@ -81,6 +81,8 @@ pub(crate) struct FrameRule {
     pub(crate) ends_with: Option<usize>,
     /// Longest time from the first to the last, ns.
     pub(crate) within_ns: Option<u64>,
+    /// True if they come in the order of their addresses, so that without a number the first begins a frame.
+    pub(crate) in_order: bool,
 }
 
 impl FrameRule {
@@ -91,6 +93,7 @@ impl FrameRule {
             kept: vec![false; values],
             ends_with: None,
             within_ns: None,
+            in_order: false,
         }
     }
 }

@@ -666,5 +666,6 @@ fn frame_rule(
         kept,
         ends_with,
         within_ns: frame.within.map(|within| (1e9 * within) as u64),
+        in_order: false,
     })
 }

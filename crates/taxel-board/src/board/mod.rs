@@ -363,7 +363,10 @@ impl Board {
             Format::Lines(lines) => lines.address.map_or(1, |address| address.count),
             Format::BuiltIn(_) => 1,
         };
-        FrameRule::all(packets, self.values.len())
+        FrameRule {
+            in_order: packets > 1,
+            ..FrameRule::all(packets, self.values.len())
+        }
     }
 
     /// The packets or messages of a frame in words, place by place.

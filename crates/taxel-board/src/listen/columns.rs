@@ -12,9 +12,24 @@ pub(super) struct Cut {
     /// columns: so that however packets of one length are cut, the same bytes are compared.
     pub(super) turn: usize,
     pub(super) rows: usize,
+    /// Bytes of an address before the marks; they count as those of the head.
+    pub(super) lead: usize,
+    /// Packets from a reading to the next one of the same channel.
+    pub(super) lag: usize,
 }
 
 impl Cut {
+    pub(super) fn new([head, tail]: [usize; 2], turn: usize, rows: usize) -> Self {
+        Self {
+            head,
+            tail,
+            turn,
+            rows,
+            lead: 0,
+            lag: 1,
+        }
+    }
+
     /// The rows of the column `at`.
     fn rows<'a, 'b>(&self, packets: &'a [&'b [u8]], at: usize) -> &'a [&'b [u8]] {
         let own = &packets[usize::from(at < self.turn).min(packets.len())..];
@@ -39,6 +54,21 @@ pub(super) struct Described {
     /// Bytes at the end of the head that may move later: the upper ones of a counter that has not yet
     /// gone through all numbers of its lower ones.
     pub(super) open: usize,
+    cyclic: bool,
+    /// First byte and bytes of an address behind all that moves: it is rather that of the values of the next packet.
+    pub(super) behind: Option<[usize; 2]>,
+    /// Least and largest address that stands before the marks.
+    pub(super) leading: Option<[u64; 2]>,
+    /// Its bytes.
+    led: usize,
+    /// The field of the marks at the begin.
+    mark: String,
+}
+
+/// The field of marks at the begin, or behind so many bytes of an address: there the head says which they are.
+fn mark_of(bytes: usize, led: usize) -> String {
+    let is = if led == 0 { "mark" } else { "skip" };
+    format!("{{ is = \"{is}\", bytes = {bytes} }}")
 }
 
 impl Described {
@@ -53,14 +83,16 @@ impl Described {
         }
         let skip = |count: usize| format!("{{ is = \"skip\", bytes = {count} }}");
         if head[1] > 0 {
+            let lead = usize::from(self.leading.is_some());
             let mark = self
                 .fields
-                .first_mut()
-                .filter(|field| field.contains("\"mark\""));
+                .get_mut(lead)
+                .filter(|field| *field == &self.mark);
             if let Some(mark) = mark {
-                *mark = format!("{{ is = \"mark\", bytes = {} }}", head[0]);
+                *mark = mark_of(head[0] - self.led, self.led);
             }
-            self.fields.insert(1.min(self.fields.len()), skip(head[1]));
+            let behind = (lead + 1).min(self.fields.len());
+            self.fields.insert(behind, skip(head[1]));
         }
         if tail[1] > 0 {
             let at = if self.check.is_some() {
@@ -70,6 +102,38 @@ impl Described {
             };
             let passed = format!("{{ is = \"skip\", bytes = {}{at} }}", tail[1]);
             self.fields.push(passed);
+        }
+    }
+
+    /// Puts the fields of the marks at the begin, and of an address before them, before the others.
+    fn put_marks(
+        &mut self,
+        packets: &[&[u8]],
+        cut: Cut,
+        counter: Option<Counter>,
+        address: Option<Cycle>,
+    ) {
+        let may_carry = |Counter { number, .. }: Counter| {
+            let values = packets.iter().map(|packet| number.of(packet));
+            number.at == cut.head && (number.big || number.bytes == 1) && values.is_sorted()
+        };
+        if cut.head - cut.lead > 1 && counter.is_some_and(may_carry) {
+            self.open = 1;
+            self.evidence.push(format!(
+                "byte {} may be the upper one of the counter, which has not gone round: no mark",
+                cut.head - 1
+            ));
+            self.fields.insert(0, "{ is = \"skip\", bytes = 1 }".into());
+        }
+        let head = cut.head - cut.lead - self.open;
+        if head > 0 {
+            self.mark = mark_of(head, cut.lead);
+            self.fields.insert(0, self.mark.clone());
+        }
+        if let Some(address) = address.filter(|_| cut.lead > 0) {
+            // A head is passed over unless a field says that it begins there.
+            let field = Known::Address(address).whole();
+            self.fields.insert(0, field.replace(" }", ", at = 0 }"));
         }
     }
 
@@ -87,6 +151,7 @@ impl Described {
             body: format!("{framing}\n[packet]\nfields = [\n{fields}]\n{check}"),
             evidence,
             found: self.found,
+            cyclic: self.cyclic,
         }
     }
 }
@@ -122,9 +187,186 @@ impl Number {
         self.at..self.at + self.bytes
     }
 
+    /// True if it has no byte of the other.
+    fn is_apart(self, other: Self) -> bool {
+        self.at >= other.range().end || other.at >= self.range().end
+    }
+
     fn order(self) -> &'static str {
         if self.big { "big" } else { "little" }
     }
+}
+
+/// A number that goes through the same values again and again, a packet each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cycle {
+    number: Number,
+    first: u64,
+    step: u64,
+    count: usize,
+}
+
+/// Cycles that a claim needs: the first and the last may be cut, and what is proposed must take nearly all.
+const CYCLES: usize = (2.0 / (1.0 - super::TAKEN)) as usize;
+
+/// The narrowest number that goes through the same values again and again, and does not just count through all
+/// that it has.
+fn cycle(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<Cycle> {
+    if packets.len() < LEAST {
+        return None;
+    }
+    let narrow = |number: &Number| number.bytes < 4;
+    let mut found = numbers(body).filter(narrow).filter_map(|number| {
+        let moves = |at: usize| packets.iter().any(|packet| packet[at] != packets[0][at]);
+        if !goes_on(number, packets) || !number.range().all(moves) {
+            return None;
+        }
+        let values: Vec<u64> = packets.iter().map(|packet| number.of(packet)).collect();
+        let distinct: std::collections::BTreeSet<u64> = values.iter().copied().collect();
+        let (first, last, count) = (*distinct.first()?, *distinct.last()?, distinct.len());
+        let step = last.checked_sub(first)?.checked_div(count as u64 - 1)?;
+        let regular = distinct
+            .iter()
+            .zip(0..)
+            .all(|(value, place)| *value == first + place * step);
+        let all_of_it = first == 0 && count as u64 * step == 1 << (8 * number.bytes);
+        let next = |value: u64| if value == last { first } else { value + step };
+        let right = values.windows(2).filter(|pair| pair[1] == next(pair[0]));
+        let is_one = right.count() as f64 >= RIGHT * (values.len() - 1) as f64;
+        let often = count * CYCLES <= values.len();
+        // Of two numbers that alternate nothing says more than that.
+        (count > 2 && regular && !all_of_it && is_one && often).then_some(Cycle {
+            number,
+            first,
+            step,
+            count,
+        })
+    });
+    // Of a wide number whose bytes go in cycles the narrow one is as good.
+    let wide = found.next()?;
+    Some(found.last().unwrap_or(wide))
+}
+
+/// True if most steps of a number are the same and up in one of three short stretches: all else is no cycle, which
+/// saves looking at all packets.
+fn goes_on(number: Number, packets: &[&[u8]]) -> bool {
+    // Of three numbers in turn two of three steps go up: of seven steps four do.
+    let [stretch, least] = [8, 4];
+    [0, packets.len() / 2, packets.len() - stretch]
+        .into_iter()
+        .any(|at| {
+            let mut steps = number.steps(&packets[at..(at + stretch).min(packets.len())]);
+            steps.sort_unstable();
+            let alike = |one: &[u64]| one[0] == one[least - 1] && one[0] > 0;
+            steps.windows(least).any(alike)
+        })
+}
+
+impl Cycle {
+    /// What is said of an address.
+    fn said(&self) -> String {
+        let (first, last) = (self.number.at, self.number.range().end - 1);
+        format!(
+            "bytes {first} to {last} go from {} by {} through {} numbers again and again: the address of a packet, so many of which make a frame",
+            self.first, self.step, self.count
+        )
+    }
+
+    /// True if each number is the address of a row, a finger or a module: the bytes are rather those of the
+    /// packet with the same number than those of the one before. Where they do not say it, a counter begins at 0.
+    fn is_address(&self, packets: &[&[u8]], body: std::ops::Range<usize>) -> bool {
+        // What counts packets or time says nothing of it.
+        let counter = counter(packets, body.clone(), Some(self.number));
+        let mut known: Vec<Number> = counter.map(|(number, _)| number).into_iter().collect();
+        known.push(self.number);
+        known.extend(clock(packets, body, &known).map(|(number, ..)| number));
+        let is_value = |at: &usize| known.iter().all(|known| !known.range().contains(at));
+        let bits = |one: &[u8], other: &[u8]| {
+            let places = (0..one.len()).filter(is_value);
+            let steps = places.map(|at| f64::from(one[at].abs_diff(other[at])));
+            steps.map(|step| (1.0 + step).log2()).sum::<f64>()
+        };
+        let gains: Vec<f64> = (packets.windows(self.count + 1))
+            .map(|run| {
+                let newest = run[self.count];
+                bits(newest, run[self.count - 1]) - bits(newest, run[0])
+            })
+            .collect();
+        let count = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / count;
+        let spread = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>();
+        // Three standard errors: of a thousand wires that say nothing three are misread.
+        let error = 3.0 * spread.sqrt() / count;
+        mean > error || mean >= -error && self.first != 0
+    }
+}
+
+/// A number that counts, and how.
+#[derive(Debug, Clone, Copy)]
+struct Counter {
+    number: Number,
+    step: u64,
+    /// The number behind its largest, where that is not all of its type.
+    modulus: Option<u64>,
+    /// True if it counts packets, several of which make a frame.
+    of_packets: bool,
+}
+
+impl Counter {
+    /// What is said of it, or that there is none.
+    fn said(counter: Option<&Self>) -> String {
+        let Some(counter) = counter else {
+            return "no counter found: lost packets are not counted".into();
+        };
+        let around = counter.modulus;
+        let around = around.map_or(String::new(), |modulus| format!(", to below {modulus}"));
+        let (first, last) = (counter.number.at, counter.number.range().end - 1);
+        format!(
+            "bytes {first} to {last} count up by {}{around}",
+            counter.step
+        )
+    }
+}
+
+/// Ways in which the packets may count, the likeliest first.
+fn counted(
+    packets: &[&[u8]],
+    body: &std::ops::Range<usize>,
+    cycle: Option<Cycle>,
+    address: Option<Cycle>,
+) -> Vec<Counter> {
+    let known = address.map(|address| address.number);
+    let of = |(number, step): (Number, u64)| {
+        let around = cycle.filter(|cycle| cycle.first == 0 && cycle.number == number);
+        Counter {
+            number,
+            step,
+            modulus: around.map(|cycle| cycle.step * cycle.count as u64),
+            of_packets: address.is_some(),
+        }
+    };
+    let found = counters(packets, body.clone(), known);
+    if let Some(address) = address.filter(|_| found.is_empty()) {
+        // One for each frame is the same in all of its packets.
+        let begins = |packet: &&&[u8]| address.number.of(packet) == address.first;
+        let firsts: Vec<&[u8]> = packets.iter().filter(begins).copied().collect();
+        let same = |(number, _): &(Number, u64)| {
+            let steps = number.steps(packets);
+            let still = steps.iter().filter(|step| **step == 0).count();
+            still as f64 >= RIGHT * (steps.len() - firsts.len()) as f64
+        };
+        let found = counters(&firsts, body.clone(), known).into_iter();
+        let of_frames = |found| Counter {
+            of_packets: false,
+            ..of(found)
+        };
+        return found.filter(same).map(of_frames).collect();
+    }
+    let alone = cycle.filter(|cycle| {
+        address.is_none() && found.is_empty() && cycle.first == 0 && cycle.step.is_power_of_two()
+    });
+    let alone = alone.map(|cycle| (cycle.number, cycle.step));
+    found.into_iter().chain(alone).map(of).collect()
 }
 
 /// Describes the packets, all of one length.
@@ -139,59 +381,70 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
         None => "no check found: damage of a value is not seen".into(),
     });
     let body = body.start..end;
-    let counters = counters(packets, body.clone());
-    let widest = counters.first().map(|(number, _)| *number);
-    let clock = clock(packets, body.clone(), widest);
+    let cycle = if cut.lead > 0 {
+        cycle(packets, 0..cut.lead)
+    } else {
+        cycle(packets, body.clone())
+    };
+    let address = cycle.filter(|cycle| cycle.is_address(packets, body.clone()));
+    found.cyclic = cycle.is_some();
+    let counters = counted(packets, &body, cycle, address);
+    let widest = counters.first().map(|counter| counter.number);
+    let taken = widest
+        .into_iter()
+        .chain(address.map(|address| address.number));
+    let clock = clock(packets, body.clone(), &taken.collect::<Vec<_>>());
+    let cut = Cut {
+        lag: address.map_or(1, |address| address.count),
+        ..cut
+    };
+    // One before the marks is no part of the body.
+    let within = address.filter(|_| cut.lead == 0);
     // Still bytes above a counter are its own, or the first bytes of a value.
     let counters = counters.into_iter().map(Some);
     let counters = counters.chain(widest.is_none().then_some(None));
-    let laid_out = counters.map(|counter| (counter, laid_out(packets, cut, &body, counter, clock)));
+    let laid_out = counters.map(|counter| {
+        (
+            counter,
+            laid_out(
+                packets,
+                cut,
+                &body,
+                [
+                    counter.map(Known::Counter),
+                    within.map(Known::Address),
+                    clock.map(Known::Clock),
+                ],
+            ),
+        )
+    });
     let best = laid_out.min_by(|(_, (_, one)), (_, (_, other))| one.total_cmp(other));
     let Some((counter, (fields, bits))) = best else {
         return found;
     };
     found.fields = fields;
-    found.evidence.push(match counter {
-        None => "no counter found: lost packets are not counted".into(),
-        Some((number, step)) => format!(
-            "bytes {} to {} count up by {step}",
-            number.at,
-            number.range().end - 1
-        ),
-    });
-    found.evidence.extend(clock.map(|(number, median, unit)| {
-        format!(
-            "bytes {} to {} grow steadily, by {median} from packet to packet: a time, taken for {unit}",
-            number.at,
-            number.range().end - 1
-        )
-    }));
+    found.evidence.push(Counter::said(counter.as_ref()));
+    found.evidence.extend(address.map(|address| address.said()));
+    let last = |address: Cycle| address.first + address.step * (address.count as u64 - 1);
+    found.behind = address
+        .filter(|address| {
+            // Behind it nothing but bytes that may be marks.
+            let still = |at: usize| packets.iter().all(|packet| packet[at] == packets[0][at]);
+            cut.lead == 0 && (address.number.range().end..body.end).all(still)
+        })
+        .map(|address| [address.number.at, address.number.bytes]);
+    found.leading = address
+        .filter(|_| cut.lead > 0)
+        .map(|address| [address.first, last(address)]);
+    found.led = cut.lead;
     found.found = Found {
         check: check.is_some(),
-        counter: counter.is_some(),
+        counter: counter.is_some() || address.is_some(),
         explained: -bits,
         clock: clock.is_some(),
-        marks: cut.head + cut.tail,
+        marks: cut.head - cut.lead + cut.tail,
     };
-    let may_carry = |(number, _): (Number, u64)| {
-        let values = packets.iter().map(|packet| number.of(packet));
-        number.at == cut.head && (number.big || number.bytes == 1) && values.is_sorted()
-    };
-    if cut.head > 1 && counter.is_some_and(may_carry) {
-        found.open = 1;
-        found.evidence.push(format!(
-            "byte {} may be the upper one of the counter, which has not gone round: no mark",
-            cut.head - 1
-        ));
-        found
-            .fields
-            .insert(0, "{ is = \"skip\", bytes = 1 }".into());
-    }
-    let head = cut.head - found.open;
-    if head > 0 {
-        let mark = format!("{{ is = \"mark\", bytes = {head} }}");
-        found.fields.insert(0, mark);
-    }
+    found.put_marks(packets, cut, counter, address);
     if let Some((kind, from, at, big)) = check {
         let order = match (kind.bytes() > 1, big) {
             (true, true) => ", order = \"big\"",
@@ -213,57 +466,84 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
     found
 }
 
-/// The fields of the packets with this counter and clock, and what is left to the numbers.
-fn laid_out(
-    packets: &[&[u8]],
-    cut: Cut,
-    body: &std::ops::Range<usize>,
-    counter: Option<(Number, u64)>,
-    clock: Option<(Number, u64, &str)>,
-) -> (Vec<String>, f64) {
-    let mut fields = Vec::new();
-    let (mut place, mut names, mut bits) = (body.start, 1, 0.0);
-    for (number, field) in fields_of(counter, clock) {
-        bits += values(packets, cut, place..number.at, &mut names, &mut fields);
+/// A field that is no value.
+#[derive(Debug, Clone, Copy)]
+enum Known {
+    Counter(Counter),
+    Address(Cycle),
+    Clock((Number, u64, &'static str)),
+}
+
+impl Known {
+    fn number(&self) -> Number {
+        match self {
+            Self::Counter(counter) => counter.number,
+            Self::Address(address) => address.number,
+            Self::Clock((number, ..)) => *number,
+        }
+    }
+
+    /// The field.
+    fn whole(&self) -> String {
+        let (number, field) = (self.number(), self.field());
         let order = if number.bytes > 1 {
             format!(", order = \"{}\"", number.order())
         } else {
             String::new()
         };
-        fields.push(format!("{{ {field}{order} }}"));
+        format!("{{ {field}{order} }}")
+    }
+
+    /// The field without the order of its bytes.
+    fn field(&self) -> String {
+        let bits = 8 * self.number().bytes;
+        let key = |name: &str, value: u64, usual: u64| {
+            let said = (value != usual).then(|| format!(", {name} = {value}"));
+            said.unwrap_or_default()
+        };
+        match self {
+            Self::Counter(counter) => {
+                let step = key("step", counter.step, 1);
+                let modulus = key("modulus", counter.modulus.unwrap_or(0), 0);
+                let counts = if counter.of_packets {
+                    ", counts = \"packets\""
+                } else {
+                    ""
+                };
+                format!("is = \"sequence\", type = \"u{bits}\"{step}{modulus}{counts}")
+            }
+            Self::Address(address) => {
+                let first = key("first", address.first, 0);
+                let step = key("step", address.step, 1);
+                let count = address.count;
+                format!("is = \"address\", type = \"u{bits}\", count = {count}{first}{step}")
+            }
+            Self::Clock((_, _, unit)) => {
+                format!("is = \"time\", type = \"u{bits}\", unit = \"{unit}\"")
+            }
+        }
+    }
+}
+
+/// The fields of the packets with these that are no values, and what is left to the numbers.
+fn laid_out(
+    packets: &[&[u8]],
+    cut: Cut,
+    body: &std::ops::Range<usize>,
+    known: [Option<Known>; 3],
+) -> (Vec<String>, f64) {
+    let mut known: Vec<Known> = known.into_iter().flatten().collect();
+    known.sort_by_key(|known| known.number().at);
+    let mut fields = Vec::new();
+    let (mut place, mut names, mut bits) = (body.start, 1, 0.0);
+    for known in known {
+        let number = known.number();
+        bits += values(packets, cut, place..number.at, &mut names, &mut fields);
+        fields.push(known.whole());
         place = number.range().end;
     }
     bits += values(packets, cut, place..body.end, &mut names, &mut fields);
     (fields, bits)
-}
-
-/// The fields of counter and clock, in the order of their bytes.
-fn fields_of(
-    counter: Option<(Number, u64)>,
-    clock: Option<(Number, u64, &str)>,
-) -> Vec<(Number, String)> {
-    let counter = counter.map(|(number, step)| {
-        let bits = 8 * number.bytes;
-        let step = if step == 1 {
-            String::new()
-        } else {
-            format!(", step = {step}")
-        };
-        (
-            number,
-            format!("is = \"sequence\", type = \"u{bits}\"{step}"),
-        )
-    });
-    let clock = clock.map(|(number, _, unit)| {
-        let bits = 8 * number.bytes;
-        (
-            number,
-            format!("is = \"time\", type = \"u{bits}\", unit = \"{unit}\""),
-        )
-    });
-    let mut known: Vec<_> = counter.into_iter().chain(clock).collect();
-    known.sort_by_key(|(number, _)| number.at);
-    known
 }
 
 /// A check that holds in all packets, with the first byte that it covers, its place and order.
@@ -316,8 +596,12 @@ fn numbers(body: std::ops::Range<usize>) -> impl Iterator<Item = Number> {
 
 /// The number that goes up by the same step from packet to packet, and the step: the widest that
 /// it can be first, then the narrower ones.
-fn counters(packets: &[&[u8]], body: std::ops::Range<usize>) -> Vec<(Number, u64)> {
-    let Some((widest, step)) = counter(packets, body) else {
+fn counters(
+    packets: &[&[u8]],
+    body: std::ops::Range<usize>,
+    known: Option<Number>,
+) -> Vec<(Number, u64)> {
+    let Some((widest, step)) = counter(packets, body, known) else {
         return Vec::new();
     };
     let narrower = |bytes: usize| {
@@ -346,9 +630,14 @@ fn counters(packets: &[&[u8]], body: std::ops::Range<usize>) -> Vec<(Number, u64
 }
 
 /// The widest number that goes up by the same step from packet to packet, and the step.
-fn counter(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<(Number, u64)> {
+fn counter(
+    packets: &[&[u8]],
+    body: std::ops::Range<usize>,
+    known: Option<Number>,
+) -> Option<(Number, u64)> {
     let mut best: Option<(Number, u64)> = None;
-    for number in numbers(body) {
+    let free = |number: &Number| known.is_none_or(|known| known.is_apart(*number));
+    for number in numbers(body).filter(free) {
         let mut steps = number.steps(packets);
         let count = steps.len();
         if count + 1 < LEAST {
@@ -395,13 +684,9 @@ fn is_still_above(packets: &[&[u8]], number: Number) -> bool {
 fn clock(
     packets: &[&[u8]],
     body: std::ops::Range<usize>,
-    counter: Option<Number>,
+    taken: &[Number],
 ) -> Option<(Number, u64, &'static str)> {
-    let apart = |number: &Number| {
-        counter.is_none_or(|counter| {
-            number.at >= counter.at + counter.bytes || counter.at >= number.at + number.bytes
-        })
-    };
+    let apart = |number: &Number| taken.iter().all(|taken| taken.is_apart(*number));
     let wide = [(8, false), (8, true)]
         .into_iter()
         .flat_map(|(bytes, big)| {
@@ -550,7 +835,8 @@ fn cost(
         let first = values.first().copied().unwrap_or(0.0);
         let apart: f64 = first - beside;
         beside = first;
-        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let steps = values.windows(cut.lag + 1);
+        let steps = steps.map(|run| (run[cut.lag] - run[0]).abs());
         if kind == "f32" {
             let possible = |value: &&f64| {
                 let size = value.abs();

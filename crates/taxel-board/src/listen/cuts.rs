@@ -73,15 +73,7 @@ fn between(
     let evidence = format!(
         "packets of {length} bytes between {named}: {alike} of {count} pieces unpack to that"
     );
-    let mut found = columns::describe(
-        &packets,
-        Cut {
-            head: 0,
-            tail: 0,
-            turn: 0,
-            rows: packets.len(),
-        },
-    );
+    let mut found = columns::describe(&packets, Cut::new([0, 0], 0, packets.len()));
     // The two ends are marks: packets of one length have them at theirs too.
     found.found.marks = 2;
     Some(found.proposal(&format!("\n[framing.{kind}]\n"), vec![evidence]))
@@ -136,36 +128,50 @@ fn equal(bytes: &[u8]) -> Vec<Proposal> {
     let any_moves = found.iter().any(moves);
     let candidates = || found.iter().filter(|found| moves(found) || !any_moves);
     let best = candidates().map(|found| found.share).fold(0.0, f64::max);
-    let candidates = candidates().filter(|found| found.share >= AS_GOOD * best);
-    let mut candidates: Vec<(usize, Vec<usize>)> = candidates
-        .map(|found| (found.length, found.marks.clone()))
+    let mut candidates: Vec<&Candidate> = candidates()
+        .filter(|found| found.share >= AS_GOOD * best)
         .collect();
-    candidates.sort_by_key(|(length, _)| *length);
+    candidates.sort_by_key(|found| found.length);
     // A multiple of a length has its marks too.
     let mut lengths: Vec<usize> = Vec::new();
-    candidates.retain(|(length, _)| {
+    candidates.retain(|Candidate { length, .. }| {
         let is_new = !lengths.iter().any(|known| length.is_multiple_of(*known));
         lengths.extend(is_new.then_some(*length));
         is_new
     });
+    // What goes through the same values again and again is a mark, too, at the length of all of them.
+    let parts = found.iter().filter(|part| {
+        let is_part = |whole: &&Candidate| {
+            part.length < whole.length && whole.length.is_multiple_of(part.length)
+        };
+        moves(part) && candidates.iter().any(is_part)
+    });
+    let parts = parts.flat_map(|part| proposals_at(bytes, part));
+    let parts: Vec<_> = parts.filter(|proposal| proposal.cyclic).collect();
+    let whole = candidates
+        .iter()
+        .flat_map(|whole| proposals_at(bytes, whole));
+    whole.chain(parts).collect()
+}
+
+/// The proposals of one length.
+fn proposals_at(bytes: &[u8], Candidate { length, marks, .. }: &Candidate) -> Vec<Proposal> {
+    let near = beginnings(bytes, *length, marks);
     let mut found = Vec::new();
-    for (length, marks) in candidates {
-        let near = beginnings(bytes, length, &marks);
-        for begin in near.iter().copied() {
-            // The first or the last bytes of readings may be the same in all and no part of head or
-            // tail: what the numbers say best decides.
-            let trims =
-                (0..=STILL_BYTES).flat_map(|head| (0..=STILL_BYTES).map(move |tail| [head, tail]));
-            found.extend(trims.filter_map(|trims| cut_at(bytes, length, begin, trims)));
-        }
-        // A mark of one byte is as long as the still end of a reading: a check tells them apart.
-        let others = marks
-            .iter()
-            .copied()
-            .filter(|at| bytes[*at] != 0 && !near.contains(at));
-        let cuts = others.filter_map(|begin| cut_at(bytes, length, begin, [0, 0]));
-        found.extend(cuts.filter(|proposal| proposal.found.check));
+    for begin in near.iter().copied() {
+        // The first or the last bytes of readings may be the same in all and no part of head or
+        // tail: what the numbers say best decides.
+        let trims =
+            (0..=STILL_BYTES).flat_map(|head| (0..=STILL_BYTES).map(move |tail| [0, head, tail]));
+        found.extend(trims.filter_map(|trims| cut_at(bytes, *length, begin, trims)));
     }
+    // A mark of one byte is as long as the still end of a reading: a check tells them apart.
+    let others = marks
+        .iter()
+        .copied()
+        .filter(|at| bytes[*at] != 0 && !near.contains(at));
+    let cuts = others.filter_map(|begin| cut_at(bytes, *length, begin, [0; 3]));
+    found.extend(cuts.filter(|proposal| proposal.found.check));
     found
 }
 
@@ -240,20 +246,20 @@ fn beginnings(bytes: &[u8], length: usize, marks: &[usize]) -> Vec<usize> {
     found
 }
 
-/// Packets of one length from one beginning; so many of the bytes with which all of them begin and end
-/// are none of the marks.
-fn cut_at(bytes: &[u8], length: usize, begin: usize, trims: [usize; 2]) -> Option<Proposal> {
-    let packets: Vec<&[u8]> = bytes[begin..].chunks_exact(length).collect();
-    if packets.len() + 1 < LEAST {
-        return None;
-    }
+/// What all packets have at their ends, behind so many bytes; so many of them are no marks.
+fn ends(
+    packets: &[&[u8]],
+    lead: usize,
+    [of_head, of_tail]: [usize; 2],
+) -> Option<(Vec<u8>, Vec<u8>)> {
     let column = |place: usize| packets.iter().map(move |packet| &packet[place]);
     let constant = |place: usize| {
         let value = common(column(place));
         let same = column(place).filter(|byte| **byte == value).count();
         (same as f64 >= SAME * packets.len() as f64).then_some(value)
     };
-    let (constants, _) = without_readings((0..length).map(constant).collect());
+    let (constants, _) = without_readings((0..packets[0].len()).map(constant).collect());
+    let constants = &constants[lead..];
     let head: Vec<u8> = constants.iter().map_while(|byte| *byte).collect();
     // Zeros behind the marks are rather readings that are zero.
     let head = &head[..head
@@ -270,24 +276,49 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trims: [usize; 2]) -> Optio
         .rev()
         .skip_while(|byte| *byte == 0)
         .collect();
-    let [of_head, of_tail] = trims;
     let tail = tail.get(of_tail..)?.to_vec();
-    let head = &head[..head.len().checked_sub(of_head)?];
-    if head.is_empty() && tail.is_empty() {
+    let head = head[..head.len().checked_sub(of_head)?].to_vec();
+    (!head.is_empty() || !tail.is_empty()).then_some((head, tail))
+}
+
+/// Packets of one length from one beginning, with so many bytes of an address before the marks; so many of the bytes
+/// with which all of them begin and end are none of the marks.
+fn cut_at(
+    bytes: &[u8],
+    length: usize,
+    begin: usize,
+    [lead, trims @ ..]: [usize; 3],
+) -> Option<Proposal> {
+    let packets: Vec<&[u8]> = bytes[begin..].chunks_exact(length).collect();
+    if packets.len() + 1 < LEAST {
         return None;
     }
+    let (head, tail) = ends(&packets, lead, trims)?;
+    let head = &head[..];
+    let rows = (bytes.len() / length).saturating_sub(2);
     let cut = Cut {
-        head: head.len(),
-        tail: tail.len(),
-        turn: length - begin,
-        rows: (bytes.len() / length).saturating_sub(2),
+        lead,
+        ..Cut::new([lead + head.len(), tail.len()], length - begin, rows)
     };
     let whole: Vec<&[u8]> = packets
         .iter()
         .copied()
-        .filter(|packet| packet.starts_with(head) && packet.ends_with(&tail))
+        .filter(|packet| packet[lead..].starts_with(head) && packet.ends_with(&tail))
         .collect();
     let mut found = columns::describe(&whole, cut);
+    // Around and around, an address behind the values is one before the values of the next packet; but what a line
+    // feed or a check ends is whole.
+    if let Some([at, size]) = found
+        .behind
+        .filter(|_| !found.found.check && tail != *b"\r\n")
+    {
+        return cut_at(
+            bytes,
+            length,
+            (begin + at) % length,
+            [size, trims[0], trims[1]],
+        );
+    }
     let head = &head[..head.len() - found.open];
     // Of a long mark its outer bytes are enough; the inner ones may be readings that have not moved.
     let run = [&tail[..], head].concat();
@@ -307,7 +338,10 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trims: [usize; 2]) -> Optio
         shortest(tail.len(), &|length| tail[tail.len() - length..].to_vec()),
     ];
     let [inner_head, inner_tail] = [head.len() - kept[0], tail.len() - kept[1]];
-    found.pass_over([kept[0], inner_head], [length - tail.len(), inner_tail]);
+    found.pass_over(
+        [lead + kept[0], inner_head],
+        [length - tail.len(), inner_tail],
+    );
     let (head, tail) = (&head[..kept[0]], &tail[inner_tail..]);
     let hex = |bytes: &[u8]| {
         let digits = bytes.iter().map(|byte| format!("{byte:02x}"));
@@ -317,12 +351,21 @@ fn cut_at(bytes: &[u8], length: usize, begin: usize, trims: [usize; 2]) -> Optio
     let mut evidence = format!("{length} bytes");
     for (name, bytes) in [("head", head), ("tail", tail)] {
         if !bytes.is_empty() {
-            keys.push(format!("{name} = \"{}\"", hex(bytes)));
+            let before = found.leading.filter(|_| name == "head");
+            let before = before.map_or(String::new(), |[least, most]| match lead {
+                1 => format!("{least:02x}-{most:02x} "),
+                _ => "?? ".repeat(lead),
+            });
+            keys.push(format!("{name} = \"{before}{}\"", hex(bytes)));
             let marked = packets.iter().filter(|packet| match name {
-                "head" => packet.starts_with(bytes),
+                "head" => packet[lead..].starts_with(bytes),
                 _ => packet.ends_with(bytes),
             });
-            let said = if name == "head" { "begins" } else { "ends" };
+            let said = match name {
+                "head" if lead > 0 => "has an address and then",
+                "head" => "begins",
+                _ => "ends",
+            };
             let (marked, all) = (marked.count(), packets.len());
             evidence.extend([
                 ", ",

@@ -39,6 +39,8 @@ struct Proposal {
     body: String,
     evidence: Vec<String>,
     found: Found,
+    /// True if a number goes through the same values again and again, a packet each.
+    cyclic: bool,
 }
 
 /// What speaks for a proposal, the strongest first: they are compared in this order.
@@ -110,6 +112,10 @@ pub fn draft(bytes: &[u8], rate: Option<f64>) -> Result<Draft, Vec<String>> {
             "{} bytes: no lines of numbers, no packets between zeros or 0xc0, and no length at which {LEAST} packets have the same marks",
             bytes.len()
         ));
+        tried.push(
+            "packets whose length depends on what they hold, such as runs of zeros with their number, need a program that unpacks them: --source exec:\"PROGRAM\" with clients/python/taxel_source.py"
+                .into(),
+        );
     }
     Err(tried)
 }
@@ -136,7 +142,8 @@ fn judged(proposal: &Proposal, bytes: &[u8], rate: Option<f64>) -> Result<Draft,
         )
     })?;
     let (frames, taken) = taken(&board, bytes);
-    if taken < TAKEN || frames < LEAST as u64 {
+    let packets = board.frame_rule().required.len().max(1) as u64;
+    if taken < TAKEN || frames * packets < LEAST as u64 {
         return Err(format!(
             "{}: only {:.0} % of the bytes are such packets",
             proposal.evidence.join("; "),

@@ -95,6 +95,7 @@ fn rows(text: &str) -> Option<Proposal> {
             "lines have no check: damage of a digit is not seen".into(),
         ],
         found: Found::default(),
+        cyclic: false,
     })
 }
 
@@ -241,6 +242,7 @@ fn shapes(lines: &[&str]) -> Option<Proposal> {
         body,
         evidence,
         found: Found::default(),
+        cyclic: false,
     })
 }
 
@@ -452,6 +454,7 @@ fn json(lines: &[&str]) -> Option<Proposal> {
         ),
         evidence,
         found: Found::default(),
+        cyclic: false,
     })
 }
 
@@ -550,6 +553,7 @@ fn can(lines: &[&str]) -> Option<Proposal> {
         body,
         evidence,
         found: Found::default(),
+        cyclic: false,
     })
 }
 

@@ -17,6 +17,8 @@ pub(super) struct Assembly {
     began_ns: Option<u64>,
     /// True before the first whole frame of a wire that begins anywhere.
     cut: bool,
+    /// True while packets are passed over whose frame has no first one.
+    torn: bool,
     /// Frames of which some packets did not come.
     pub(super) incomplete: u64,
     packets: Option<PacketNumbers>,
@@ -100,6 +102,7 @@ impl Assembly {
             bad_status: false,
             began_ns: None,
             cut,
+            torn: false,
             incomplete: 0,
             packets: PacketNumbers::new(board, slots),
             arrived: Arrived {
@@ -122,6 +125,14 @@ impl Assembly {
             self.give_up();
         }
         if !self.begun() {
+            // With what is left of one frame and the begin of the next all would have come, too.
+            if self.rule.in_order && sequence.is_none() && reading.slot > 0 {
+                if !std::mem::replace(&mut self.torn, true) {
+                    self.give_up();
+                }
+                return None;
+            }
+            self.torn = false;
             self.began_ns = host_ns;
         }
         let places = reading.first..reading.first + reading.values.len();
@@ -246,6 +257,7 @@ impl Assembly {
     /// A new connection.
     pub(super) fn reconnect(&mut self, cut: bool) {
         self.cut = cut;
+        self.torn = false;
         if let Some(packets) = &mut self.packets {
             packets.last = None;
         }

@@ -44,12 +44,13 @@ pub(crate) fn run(arguments: &Estimate) -> Result<Done, Stop> {
         events: arguments.events.clone(),
         recording: RecordOptions {
             record: None,
+            record_for: None,
             record_or_stop: false,
             record_folder: ".".into(),
         },
         outputs: Outputs {
             out: Vec::new(),
-            marks: None,
+            marks: Vec::new(),
         },
         salvage: arguments.salvage,
         host: IpAddr::V4(Ipv4Addr::LOCALHOST),

@@ -22,7 +22,7 @@ use taxel_serve::{
     TwinSource, run_headless, run_with_page, run_with_pages,
 };
 
-use crate::arguments::{Format, Live, REST_FRAMES, Rest};
+use crate::arguments::{Format, Live, REST_FRAMES, RecordOptions, Rest};
 use crate::outputs::{self, Existing};
 use crate::run_files::{NamedText, RunFiles};
 use crate::{Done, Stop, files};
@@ -170,7 +170,7 @@ fn line_outputs(arguments: &Live) -> Result<Vec<LineOutput>, Stop> {
         let message = "--out: only one output can have the standard output; give the others a file, such as csv:FILE";
         return Err(wrong(message.into()));
     }
-    if arguments.outputs.marks.is_some() && arguments.source == "-" {
+    if arguments.outputs.marks.contains(&Marks::StandardInput) && arguments.source == "-" {
         let message = "--marks -: the standard input already is the source";
         return Err(wrong(message.into()));
     }
@@ -202,6 +202,13 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
     }
     if recorded_rest(arguments).is_some() && (arguments.start.tare || arguments.start.no_tare) {
         let message = "--rest FILE gives the rest values: leave --tare and --no-tare out";
+        return Err(Stop::WrongInput(message.into()));
+    }
+    let RecordOptions {
+        record, record_for, ..
+    } = &arguments.recording;
+    if arguments.headless && record_for.is_some() && record.is_none() {
+        let message = "--record-for: there is no recording; add --record FILE.mcap";
         return Err(Stop::WrongInput(message.into()));
     }
     check_outputs(arguments)?;
@@ -392,7 +399,7 @@ fn sensed(
         drawing,
         source: Box::new(source),
         last_zero,
-        marks: marks(arguments),
+        marks: arguments.outputs.marks.clone(),
         replay: None,
         options,
         provenance: provenance(arguments, named.sensor.name, named.hash),
@@ -631,7 +638,7 @@ fn map_session(
         provenance: provenance(arguments, stream.name.clone(), String::new()),
         source: Box::new(source),
         last_zero,
-        marks: marks(arguments),
+        marks: arguments.outputs.marks.clone(),
         replay: None,
         options,
     })
@@ -769,13 +776,6 @@ pub(crate) fn stop_of_serving(error: &ServeError) -> Stop {
     match error {
         ServeError::Listen { .. } => Stop::WrongInput(error.to_string()),
         _ => Stop::Failed(error.to_string()),
-    }
-}
-
-fn marks(arguments: &Live) -> Marks {
-    match arguments.outputs.marks {
-        Some(_) => Marks::StandardInput,
-        None => Marks::Clients,
     }
 }
 

@@ -5,21 +5,25 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Parser as _;
 use serde_json::{Map, Value, json};
 use taxel::shown;
 use taxel::table;
-use taxel_recording::export::{write_csv, write_npz, write_tables};
+use taxel_recording::export::{ExportMeaning, write_csv, write_npz, write_tables};
 use taxel_recording::mcap::{
-    Findings, LinkMessage, MAGIC, McapReader, Message, Storage, Topic, rewrite, write_ros2,
+    Companion, Findings, LinkMessage, MAGIC, McapReader, Message, Ros2Messages, Storage, Topic,
+    rewrite, write_accompanied,
 };
 
 use crate::arguments::{
-    Arguments, Command, Compare, Cut, Export, Format, Inspect, Recording, RecordingCommand, Repair,
+    Arguments, Command, Compare, Cut, Export, Format, Inspect, RecordFor, Recording,
+    RecordingCommand, Repair,
 };
+use crate::commands::live;
 use crate::outputs::{self, cannot_write};
-use crate::run_files::{RunFiles, library};
+use crate::run_files::{RunFiles, library, messages_for};
 use crate::{Done, Stop};
 
 mod compare;
@@ -459,13 +463,35 @@ fn cut(arguments: &Cut) -> Result<Done, Stop> {
     })
 }
 
-/// The library in the head of a recording for ROS 2, which is none of ours: its parts are topics.
-const ROS2: &str = concat!("ROS 2 topics by taxel ", env!("CARGO_PKG_VERSION"));
+/// The library in the head of a recording for another program, which is none of ours: its parts are topics.
+const TOPICS: &str = concat!("ROS 2 topics by taxel ", env!("CARGO_PKG_VERSION"));
+
+/// What makes the messages of the program that a recording is exported for.
+fn companion(arguments: &Export, meaning: &ExportMeaning) -> Result<Arc<dyn Companion>, Stop> {
+    Ok(match arguments.program.unwrap_or(RecordFor::Ros2) {
+        // Nothing but this is needed, so that the sensor may be unknown.
+        RecordFor::Ros2 => Arc::new(Ros2Messages {
+            columns: meaning.columns,
+        }),
+        RecordFor::Foxglove => {
+            let live = played(&arguments.file)?;
+            let session = live::session(&live, live::options(&live)?)?;
+            messages_for(RecordFor::Foxglove, session.touch.meaning())
+        }
+    })
+}
 
 fn export(arguments: &Export) -> Result<Done, Stop> {
     let Export { file, output, .. } = arguments;
     let existing = arguments.overwrite.existing();
     let ending = output.extension().and_then(|ending| ending.to_str());
+    if arguments.program.is_some() && ending != Some("mcap") {
+        let output = shown::path(output);
+        let message = format!(
+            "--for: -o {output} is for any program; end its name in .mcap, or leave --for out"
+        );
+        return Err(Stop::WrongInput(message));
+    }
     let survey = survey(file)?;
     let meaning = RunFiles::meaning(&survey.findings, survey.channels);
     let failed = |error: std::io::Error| match error.kind() {
@@ -483,7 +509,7 @@ fn export(arguments: &Export) -> Result<Done, Stop> {
                 let frames = match ending {
                     Some("csv") => write_csv(source, &meaning, out),
                     Some("npz") => write_npz(source, &meaning, out),
-                    _ => write_ros2(source, meaning.columns, ROS2, out),
+                    _ => write_accompanied(source, &*companion(arguments, &meaning)?, TOPICS, out),
                 };
                 frames.map_err(failed)
             })?;
@@ -513,7 +539,7 @@ fn tables(
     file: &Path,
     output: &Path,
     findings: &Findings,
-    meaning: &taxel_recording::export::ExportMeaning,
+    meaning: &ExportMeaning,
 ) -> Result<Vec<String>, Stop> {
     let failed = |error: std::io::Error| cannot_write(output, &error);
     if std::fs::symlink_metadata(output).is_ok() {

@@ -545,3 +545,58 @@ fn a_force_that_hangs_is_named_and_a_missing_voltage_left_out() {
         "{found}"
     );
 }
+
+/// Four cells of a raw board, each with a curve of its own, one of them falling.
+const MEASURED_CELLS: &str = r#"
+schema = 2
+name = "four cells that were measured"
+array = { rows = 2, columns = 2, pitch = "10 mm", mount = "flat" }
+[element.cells]
+full_scale = "80 kPa"
+cell.points = [
+  { pressure = "0 kPa", reading = [100, 120, 90, 200] },
+  { pressure = "10 kPa", reading = [400, 380, 300, 90] },
+  { pressure = "30 kPa", reading = [900, 1000, 700, 40] },
+  { pressure = "80 kPa", reading = [1800, 1500, 1600, 10] },
+]
+[electronics]
+frame_rate = "50 Hz"
+scan = "simultaneous"
+readout.digital = { unit = "counts", noise = 1 }
+"#;
+
+/// One gain is fitted to the curves of all cells, from the rest of each.
+#[test]
+fn one_gain_is_fitted_to_the_curves_of_all_cells() {
+    let folder = Folder::new("cell-gain");
+    let [sensor, table, file] =
+        ["cells.toml", "cells.csv", "gain.toml"].map(|name| folder.path(name));
+    fs::write(&sensor, MEASURED_CELLS).unwrap();
+    let (gain, pressures) = (1.07_f64, [0, 10, 30, 80]);
+    let curves = [
+        [100.0, 400.0, 900.0, 1800.0],
+        [120.0, 380.0, 1000.0, 1500.0],
+        [90.0, 300.0, 700.0, 1600.0],
+        [200.0, 90.0, 40.0, 10.0],
+    ];
+    let mut rows = String::from("taxel,pressure [kPa],counts\n");
+    // Three times, one count below, at and above the curve.
+    for noise in [-1.0, 0.0, 1.0] {
+        for (taxel, curve) in curves.iter().enumerate() {
+            for (pressure, reading) in pressures.iter().zip(curve) {
+                let counts = (curve[0] + gain * (reading - curve[0])).round() + noise;
+                let _ = writeln!(rows, "{taxel},{pressure},{counts}");
+            }
+        }
+    }
+    fs::write(&table, rows).unwrap();
+    done(&["calibrate", &sensor, &table, "-o", &file]);
+    let text = fs::read_to_string(&file).unwrap();
+    let (_, of_gain) = text.split_once("name = \"gain\"").unwrap();
+    let (_, interval) = of_gain.split_once("interval = [").unwrap();
+    let bounds = interval.split_once(']').unwrap().0.split(", ");
+    let bounds: Vec<f64> = bounds.map(|bound| bound.parse().unwrap()).collect();
+    assert!(bounds[0] < gain && gain < bounds[1], "{bounds:?}");
+    // The largest change is 1700 counts: one of noise is less than a thousandth of it.
+    assert!(bounds[1] - bounds[0] < 1e-3, "{bounds:?}");
+}

@@ -206,6 +206,9 @@ with TaxelLive(sys.argv[1]) as live:
     except TaxelError as error:
         assert "names 0 sensors" in str(error), error
     with live.sensor(1) as other:
+        # While a rest capture runs none begins.
+        while not (other.status and other.status["tare"] == "done"):
+            other.next_frame()
         other.start_recording("second.mcap")
         while not (other.status and other.status["recording"]):
             other.next_frame()
@@ -215,34 +218,54 @@ with TaxelLive(sys.argv[1]) as live:
         print(json.dumps({"first": live.hello["rows"], "second": other.hello["rows"]}))
 "#;
 
+const JAVASCRIPT_SENSORS: &str = r"
+const { TaxelLive, TaxelError } = await import(process.argv[2]);
+const live = await TaxelLive.open(process.argv[3]);
+while (!live.status?.sensors?.length) await live.nextFrame();
+try {
+  live.sensor('nobody');
+  throw new Error('a sensor that is not there was found');
+} catch (error) {
+  if (!(error instanceof TaxelError) || !error.message.includes('names 0 sensors')) throw error;
+}
+const other = await live.sensor(1);
+// While a rest capture runs none begins.
+while (other.status?.tare !== 'done') await other.nextFrame();
+other.startRecording('second.mcap');
+while (!other.status?.recording) await other.nextFrame();
+other.stopRecording();
+while (other.status.recording) await other.nextFrame();
+console.log(JSON.stringify({ first: live.hello.rows, second: other.hello.rows }));
+process.exit(0);
+";
+
 #[test]
-fn a_client_records_the_second_of_two_sensors() {
+fn clients_record_the_second_of_two_sensors() {
     let folder = Folder::new("client-sensors");
-    let records = folder.path("records");
-    fs::create_dir(&records).unwrap();
-    let arguments = [
-        "live",
-        "three-axis-8x8",
-        "three-axis-unit",
-        "--port",
-        "0",
-        "--record-folder",
-        &records,
-    ];
-    let live = Beside::start(&arguments);
-    let Some(output) = interpreted("python3", &["-c", PYTHON_SENSORS, &live.line]) else {
-        return;
-    };
-    assert_eq!(
-        printed(&output),
-        serde_json::json!({ "first": 8, "second": 1 })
-    );
-    assert!(
-        fs::metadata(format!("{records}/second.mcap"))
-            .unwrap()
-            .len()
-            > 0
-    );
+    let script = folder.path("client.mjs");
+    fs::write(&script, JAVASCRIPT_SENSORS).unwrap();
+    let module = clients().join("javascript/taxel-live.js");
+    let module = module.canonicalize().unwrap();
+    for program in ["python3", "node"] {
+        let records = folder.path(program);
+        fs::create_dir(&records).unwrap();
+        let sensors = ["live", "three-axis-8x8", "three-axis-unit", "--port", "0"];
+        let live = Beside::start(&[&sensors[..], &["--record-folder", &records]].concat());
+        let arguments = match program {
+            "node" => [&script, &*module.to_string_lossy(), &live.line],
+            _ => ["-c", PYTHON_SENSORS, &live.line],
+        };
+        let Some(output) = interpreted(program, &arguments) else {
+            continue;
+        };
+        assert_eq!(
+            printed(&output),
+            serde_json::json!({ "first": 8, "second": 1 }),
+            "{program}"
+        );
+        let file = fs::metadata(format!("{records}/second.mcap")).unwrap();
+        assert!(file.len() > 0, "{program}");
+    }
 }
 
 const FROM_THE_START: &str = r#"

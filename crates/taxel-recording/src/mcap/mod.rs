@@ -5,12 +5,15 @@
 //! only chunks whose lengths and CRC agree, and finds the next one after damage. [`rewrite`]
 //! makes a finished recording of what is whole.
 //!
+//! A [`Companion`] adds messages of types that another program knows, one of each for each touch.
+//!
 //! The files are those of <https://mcap.dev>, which other programs read: the messages are
 //! those of ROS 2 (`ros2msg` schemas, `cdr` encoding). Nothing is compressed: a torn compressed
 //! chunk is lost whole.
 
 mod cdr;
 mod chunk_list;
+mod companion;
 mod message;
 mod order;
 mod reader;
@@ -22,6 +25,7 @@ mod schemas;
 mod storage;
 mod writer;
 
+pub use companion::{Companion, CompanionTopic, write_accompanied};
 pub use message::{
     CertaintyMessage, ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage,
     LinkMessage, MarkMessage, Message, NO_TIME, RECONNECTED, RestKind, RestMessage, TouchMessage,
@@ -31,7 +35,7 @@ pub use reader::{Damage, Findings, McapReader, StoredMessage};
 pub use record::{Attachment, MAGIC, Metadata};
 pub(crate) use record::{Fields, code};
 pub use rewrite::{Rewritten, rewrite};
-pub use ros2::write_ros2;
+pub use ros2::Ros2Messages;
 pub use schemas::Topic;
 pub use storage::Storage;
 pub use writer::{McapWriter, RecordingHead};

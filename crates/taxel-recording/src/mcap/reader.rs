@@ -3,6 +3,7 @@
 use std::io::{Read, Result};
 
 use super::chunk_list::TOPICS;
+use super::companion;
 use super::order::{Order, Place, Span};
 use super::record::{Attachment, Fields, Metadata, code};
 use super::scanner::{CHUNK_HEAD, Part, Scanner};
@@ -366,8 +367,9 @@ fn of_others(records: &[u8]) -> Option<String> {
         let number = fields.u16()?;
         fields.u16()?;
         let topic = fields.text()?;
-        let known = Topic::of_number(number);
-        (known.map(Topic::name) != Some(topic))
+        let own = Topic::of_number(number).map(Topic::name) == Some(topic);
+        let beside = number >= companion::FIRST && companion::NAMES.contains(&topic);
+        (!own && !beside)
             .then(|| format!("its channel {number} is {topic:?}, which taxel does not write"))
     })
 }

@@ -1,13 +1,8 @@
-//! A recording as one for ROS 2: the standard messages that its tools know, and those of taxel behind them.
-
-use std::io::{Read, Result, Write};
+//! The standard messages that the tools of ROS 2 know.
 
 use super::TouchMessage;
 use super::cdr::Encoder;
-use super::message::Message as _;
-use super::reader::McapReader;
-use super::record::{MAGIC, code, put, put_map, put_text, put_u16, put_u32, put_u64};
-use super::schemas::Topic;
+use super::companion::{Companion, CompanionTopic, FIRST};
 
 /// Frame of the sensor in all heads.
 const FRAME: &str = "taxel";
@@ -24,7 +19,7 @@ impl Standard {
     const ALL: [Self; 3] = [Self::Wrench, Self::Image, Self::Contacts];
 
     fn number(self) -> u16 {
-        100 + self as u16
+        FIRST + self as u16
     }
 
     /// Name, type, and definition of the type without the types in it.
@@ -179,87 +174,37 @@ fn contacts(touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
     fields.bool(true);
 }
 
-fn channel(out: &mut Vec<u8>, number: u16, [name, kind]: [&str; 2], definition: &str) {
-    put(out, code::SCHEMA, |out| {
-        put_u16(out, number);
-        put_text(out, kind);
-        put_text(out, "ros2msg");
-        put_text(out, definition);
-    });
-    put(out, code::CHANNEL, |out| {
-        put_u16(out, number);
-        put_u16(out, number);
-        put_text(out, name);
-        put_text(out, "cdr");
-        put_map(out, &[]);
-    });
+/// Standard messages of ROS 2 for each touch of an array: `geometry_msgs/WrenchStamped` of the total,
+/// `sensor_msgs/Image` of the values and `sensor_msgs/PointCloud2` of the contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ros2Messages {
+    /// Columns of taxels.
+    pub columns: usize,
 }
 
-/// Writes the messages of a recording, whose array has so many columns of taxels, with standard messages
-/// of ROS 2 for each touch: `geometry_msgs/WrenchStamped` of the total, `sensor_msgs/Image` of the values and
-/// `sensor_msgs/PointCloud2` of the contacts. Stamps are UTC of this computer. Returns how many frames have
-/// such messages.
-///
-/// # Errors
-/// Those of the recording and of `out`.
-pub fn write_ros2<R: Read>(
-    mut reader: McapReader<R>,
-    columns: usize,
-    library: &str,
-    mut out: impl Write,
-) -> Result<u64> {
-    let mut records = MAGIC.to_vec();
-    put(&mut records, code::HEADER, |out| {
-        put_text(out, "ros2");
-        put_text(out, library);
-    });
-    for topic in Topic::ALL {
-        let names = [topic.name(), topic.type_name()];
-        channel(&mut records, topic.number(), names, &topic.definition());
-    }
-    for topic in Standard::ALL {
-        let [name, kind, own] = topic.texts();
-        channel(&mut records, topic.number(), [name, kind], &definition(own));
-    }
-    let mut frames = 0;
-    let mut body = Vec::new();
-    while let Some(entry) = reader.next()? {
-        let mut message = |channel: u16, sequence: u32, bytes: &[u8]| {
-            put(&mut records, code::MESSAGE, |out| {
-                put_u16(out, channel);
-                put_u32(out, sequence);
-                put_u64(out, entry.log_time);
-                put_u64(out, entry.publish_time);
-                out.extend_from_slice(bytes);
-            });
-        };
-        message(entry.topic.number(), entry.sequence, entry.bytes);
-        let touch = (entry.topic == Topic::Touch).then(|| TouchMessage::decode(entry.bytes));
-        if let Some(touch) = touch.flatten() {
-            for topic in Standard::ALL {
-                body.clear();
-                match topic {
-                    Standard::Wrench => wrench(&touch, entry.log_time, &mut body),
-                    Standard::Image => image(&touch, columns, entry.log_time, &mut body),
-                    Standard::Contacts => contacts(&touch, entry.log_time, &mut body),
-                }
-                message(topic.number(), entry.sequence, &body);
+impl Companion for Ros2Messages {
+    fn topics(&self) -> Vec<CompanionTopic> {
+        let topic = |topic: Standard| {
+            let [name, type_name, own] = topic.texts();
+            CompanionTopic {
+                number: topic.number(),
+                name,
+                type_name,
+                encodings: ["cdr", "ros2msg"],
+                definition: definition(own),
             }
-            frames += 1;
-        }
-        out.write_all(&records)?;
-        records.clear();
+        };
+        Standard::ALL.into_iter().map(topic).collect()
     }
-    put(&mut records, code::DATA_END, |out| put_u32(out, 0));
-    put(&mut records, code::FOOTER, |out| {
-        // Without a summary: readers go through the file.
-        put_u64(out, 0);
-        put_u64(out, 0);
-        put_u32(out, 0);
-    });
-    records.extend_from_slice(&MAGIC);
-    out.write_all(&records)?;
-    Ok(frames)
+
+    fn encode(&self, place: usize, touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
+        match Standard::ALL.get(place) {
+            Some(Standard::Wrench) => wrench(touch, utc_ns, out),
+            Some(Standard::Image) => image(touch, self.columns, utc_ns, out),
+            Some(Standard::Contacts) => contacts(touch, utc_ns, out),
+            None => {}
+        }
+    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,11 @@
 //! is whole.
 
 use std::io::{Error, ErrorKind, Result};
+use std::sync::Arc;
 
 use super::chunk_list::{ChunkList, ChunkPlace, TOPICS};
-use super::message::Message;
+use super::companion::{Companion, CompanionTopic, put_channel, put_schema};
+use super::message::{Message, TouchMessage};
 use super::record::{
     Attachment, HEAD, LARGEST, MAGIC, Metadata, code, put, put_map, put_text, put_u16, put_u32,
     put_u64,
@@ -86,6 +88,11 @@ pub struct McapWriter<S: Storage> {
     times: Option<[u64; 2]>,
     description: String,
     described: Option<u64>,
+    companion: Option<Arc<dyn Companion>>,
+    /// Its topics: each has a message for each touch, so that their numbers are those of the touches.
+    accompanying: Vec<CompanionTopic>,
+    /// Time and place in the chunk of the messages of each of them.
+    their_indices: Vec<Vec<(u64, u64)>>,
     /// Index records of attachments and metadata.
     attachments: Vec<u8>,
     metadata: Vec<u8>,
@@ -114,6 +121,9 @@ impl<S: Storage> McapWriter<S> {
             times: None,
             description: head.description.clone(),
             described: None,
+            companion: None,
+            accompanying: Vec::new(),
+            their_indices: Vec::new(),
             attachments: Vec::new(),
             metadata: Vec::new(),
             counts: [0; 2],
@@ -137,6 +147,18 @@ impl<S: Storage> McapWriter<S> {
         }
         writer.put_out()?;
         Ok(writer)
+    }
+
+    /// The same writer, which adds the messages of `companion` to each touch; they are no part of what is read
+    /// again, repaired or cut.
+    #[must_use]
+    pub fn accompanied(mut self, companion: Option<Arc<dyn Companion>>) -> Self {
+        self.accompanying = companion
+            .as_ref()
+            .map_or_else(Vec::new, |companion| companion.topics());
+        self.their_indices = vec![Vec::new(); self.accompanying.len()];
+        self.companion = companion;
+        self
     }
 
     fn attach(&mut self, attachment: &Attachment, utc_ns: u64) -> Result<()> {
@@ -243,7 +265,8 @@ impl<S: Storage> McapWriter<S> {
         }
         let due = |since: u64| stamp.log_time.abs_diff(since) >= REPEATED_NS;
         if self.records.is_empty() && self.described.is_none_or(due) {
-            describe(&mut self.records, &self.description);
+            put_schemas(&mut self.records, &self.accompanying);
+            put_channels(&mut self.records, &self.description, &self.accompanying);
             self.described = Some(stamp.log_time);
         }
         let place = stamp.topic.place();
@@ -263,10 +286,42 @@ impl<S: Storage> McapWriter<S> {
         self.open.times = times;
         self.open.messages[place] += 1;
         self.indices[place].push((stamp.log_time, at));
+        if stamp.topic == Topic::Touch {
+            self.accompany(stamp, bytes);
+        }
         if self.records.len() >= CHUNK {
             self.put_chunk()?;
         }
         Ok(())
+    }
+
+    /// Appends the messages of the companion for a touch, in the chunk of the touch.
+    fn accompany(&mut self, stamp: Stamp, bytes: &[u8]) {
+        let Some(companion) = &self.companion else {
+            return;
+        };
+        // A touch of ours always reads; of another version its companions hold nothing.
+        let touch = TouchMessage::decode(bytes).unwrap_or_default();
+        let topics = self.accompanying.iter().zip(&mut self.their_indices);
+        for (place, (topic, index)) in topics.enumerate() {
+            index.push((stamp.log_time, self.records.len() as u64));
+            put(&mut self.records, code::MESSAGE, |out| {
+                put_u16(out, topic.number);
+                put_u32(out, stamp.sequence);
+                put_u64(out, stamp.log_time);
+                put_u64(out, stamp.publish_time);
+                companion.encode(place, &touch, stamp.log_time, out);
+            });
+        }
+    }
+
+    /// Numbers of the channels with how many messages each has, where those of our topics are known.
+    fn counted(&self, messages: [u64; TOPICS]) -> impl Iterator<Item = (u16, u64)> + Clone + '_ {
+        let own = Topic::ALL.into_iter().map(Topic::number).zip(messages);
+        let touches = messages[Topic::Touch.place()];
+        let theirs = self.accompanying.iter();
+        let theirs = theirs.map(move |topic| (topic.number, touches));
+        own.chain(theirs).filter(|(_, count)| *count > 0)
     }
 
     /// Writes the messages so far as a whole chunk.
@@ -311,13 +366,15 @@ impl<S: Storage> McapWriter<S> {
                 groups.push((code, from, summary.len() - from));
             }
         };
-        group(&mut summary, code::SCHEMA, &put_schemas);
+        group(&mut summary, code::SCHEMA, &|out| {
+            put_schemas(out, &self.accompanying);
+        });
         group(&mut summary, code::CHANNEL, &|out| {
-            put_channels(out, &self.description);
+            put_channels(out, &self.description, &self.accompanying);
         });
         group(&mut summary, code::STATISTICS, &|out| self.statistics(out));
         group(&mut summary, code::CHUNK_INDEX, &|out| {
-            self.chunks.iter().for_each(|chunk| index(out, &chunk));
+            self.chunks.iter().for_each(|chunk| self.index(out, &chunk));
         });
         group(&mut summary, code::ATTACHMENT_INDEX, &|out| {
             out.extend_from_slice(&self.attachments);
@@ -352,12 +409,12 @@ impl<S: Storage> McapWriter<S> {
     }
 
     fn statistics(&self, out: &mut Vec<u8>) {
-        let known = || self.messages.iter().zip(Topic::ALL);
-        let counted = known().filter(|(count, _)| **count > 0);
+        let counted = self.counted(self.messages);
+        let channels = TOPICS + self.accompanying.len();
         put(out, code::STATISTICS, |out| {
-            put_u64(out, self.messages.iter().sum());
-            put_u16(out, TOPICS as u16);
-            put_u32(out, TOPICS as u32);
+            put_u64(out, counted.clone().map(|(_, count)| count).sum());
+            put_u16(out, channels as u16);
+            put_u32(out, channels as u32);
             put_u32(out, self.counts[0]);
             put_u32(out, self.counts[1]);
             put_u32(out, self.chunks.len());
@@ -365,10 +422,35 @@ impl<S: Storage> McapWriter<S> {
             put_u64(out, first);
             put_u64(out, last);
             put_u32(out, 10 * counted.clone().count() as u32);
-            for (count, channel) in counted {
-                put_u16(out, channel.number());
-                put_u64(out, *count);
+            for (channel, count) in counted {
+                put_u16(out, channel);
+                put_u64(out, count);
             }
+        });
+    }
+
+    /// The index record of a chunk; the records of its messages' places follow it in the file.
+    fn index(&self, out: &mut Vec<u8>, chunk: &ChunkPlace) {
+        let indexed = self.counted(chunk.messages);
+        let size = |messages: u64| HEAD as u64 + 6 + 16 * messages;
+        put(out, code::CHUNK_INDEX, |out| {
+            put_u64(out, chunk.times[0]);
+            put_u64(out, chunk.times[1]);
+            put_u64(out, chunk.offset);
+            put_u64(out, chunk.length);
+            put_u32(out, 10 * indexed.clone().count() as u32);
+            let mut at = chunk.offset + chunk.length;
+            for (channel, messages) in indexed {
+                put_u16(out, channel);
+                put_u64(out, at);
+                at += size(messages);
+            }
+            put_u64(out, at - chunk.offset - chunk.length);
+            put_text(out, "");
+            // RecordingHead, times, sizes, check and the name of no compression.
+            let records = chunk.length - HEAD as u64 - 40;
+            put_u64(out, records);
+            put_u64(out, records);
         });
     }
 
@@ -394,12 +476,15 @@ impl<S: Storage> McapWriter<S> {
             out.extend_from_slice(records);
         });
         place.length = length as u64;
-        for (entries, channel) in self.indices.iter_mut().zip(Topic::ALL) {
+        let own = self.indices.iter_mut().zip(Topic::ALL.map(Topic::number));
+        let theirs = self.their_indices.iter_mut();
+        let theirs = theirs.zip(self.accompanying.iter().map(|topic| topic.number));
+        for (entries, channel) in own.chain(theirs) {
             if entries.is_empty() {
                 continue;
             }
             put(&mut self.out, code::MESSAGE_INDEX, |out| {
-                put_u16(out, channel.number());
+                put_u16(out, channel);
                 put_u32(out, 16 * entries.len() as u32);
                 for (time, at) in entries.drain(..) {
                     put_u64(out, time);
@@ -446,12 +531,7 @@ fn within(times: Option<[u64; 2]>, time: u64) -> [u64; 2] {
     times.map_or([time; 2], |[first, last]| [first.min(time), last.max(time)])
 }
 
-fn describe(out: &mut Vec<u8>, description: &str) {
-    put_schemas(out);
-    put_channels(out, description);
-}
-
-fn put_schemas(out: &mut Vec<u8>) {
+fn put_schemas(out: &mut Vec<u8>, theirs: &[CompanionTopic]) {
     for channel in Topic::ALL {
         put(out, code::SCHEMA, |out| {
             put_u16(out, channel.number());
@@ -460,9 +540,12 @@ fn put_schemas(out: &mut Vec<u8>) {
             put_text(out, &channel.definition());
         });
     }
+    for topic in theirs {
+        put_schema(out, topic);
+    }
 }
 
-fn put_channels(out: &mut Vec<u8>, description: &str) {
+fn put_channels(out: &mut Vec<u8>, description: &str, theirs: &[CompanionTopic]) {
     for channel in Topic::ALL {
         let pairs = match channel {
             Topic::Raw => vec![(DESCRIPTION_KEY.to_owned(), description.to_owned())],
@@ -476,32 +559,7 @@ fn put_channels(out: &mut Vec<u8>, description: &str) {
             put_map(out, &pairs);
         });
     }
-}
-
-/// The index record of a chunk; the records of its messages' places follow it in the file.
-fn index(out: &mut Vec<u8>, chunk: &ChunkPlace) {
-    let indexed = || {
-        let pairs = Topic::ALL.into_iter().zip(chunk.messages);
-        pairs.filter(|(_, messages)| *messages > 0)
-    };
-    let size = |messages: u64| HEAD as u64 + 6 + 16 * messages;
-    put(out, code::CHUNK_INDEX, |out| {
-        put_u64(out, chunk.times[0]);
-        put_u64(out, chunk.times[1]);
-        put_u64(out, chunk.offset);
-        put_u64(out, chunk.length);
-        put_u32(out, 10 * indexed().count() as u32);
-        let mut at = chunk.offset + chunk.length;
-        for (channel, messages) in indexed() {
-            put_u16(out, channel.number());
-            put_u64(out, at);
-            at += size(messages);
-        }
-        put_u64(out, at - chunk.offset - chunk.length);
-        put_text(out, "");
-        // RecordingHead, times, sizes, check and the name of no compression.
-        let records = chunk.length - HEAD as u64 - 40;
-        put_u64(out, records);
-        put_u64(out, records);
-    });
+    for topic in theirs {
+        put_channel(out, topic);
+    }
 }

@@ -90,6 +90,8 @@ pub struct Device {
     /// A frame that is sent after the next one.
     later: Option<(Frame, Done)>,
     summary: DeviceSummary,
+    /// Begin of the play by the steady clock, s.
+    begun_s: f64,
     /// Places in the list of times without the device.
     leaves: usize,
     away: bool,
@@ -135,6 +137,7 @@ impl Device {
             waiting: VecDeque::new(),
             later: None,
             summary: DeviceSummary::default(),
+            begun_s: 0.0,
             leaves: 0,
             away: false,
             cut_next: false,
@@ -173,6 +176,7 @@ impl Device {
             std::thread::sleep(Duration::from_secs_f64(LOOK));
         }
         let start = Instant::now();
+        self.begun_s = crate::lsl::stamp(start);
         let now = || start.elapsed().as_secs_f64();
         let period = self.options.rate.recip();
         let mut next_look = 0.0;
@@ -304,6 +308,7 @@ impl Device {
         let mut done = Done {
             sequence: frame.sequence,
             time_s: time,
+            steady_s: self.begun_s + time,
             device_time_ns,
             ..Done::default()
         };

@@ -23,6 +23,8 @@ pub(super) struct Done {
     pub(super) counter: Option<u64>,
     /// True time of the reading, s from the start.
     pub(super) time_s: f64,
+    /// The same by the steady clock of this computer, s, which on Unix is that of other programs.
+    pub(super) steady_s: f64,
     /// Time by the clock of the device, ns.
     pub(super) device_time_ns: u64,
     /// When it was put on the wire, s from the start; none if it was not.

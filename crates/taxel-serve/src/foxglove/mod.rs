@@ -3,9 +3,12 @@
 mod view;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use axum::extract::ws::{Message, WebSocket};
 use serde::Deserialize;
+use taxel::estimation::Meaning;
+use taxel_recording::mcap::Companion;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::clock::Epoch;
@@ -42,6 +45,12 @@ enum Request {
 struct Subscription {
     id: u32,
     channel_id: u32,
+}
+
+/// Messages of the types of Foxglove for each touch of a recording: force and state of the taxels, an image, arrows with
+/// contacts, and the frame of the sensor.
+pub fn foxglove_messages(meaning: &Meaning) -> Arc<dyn Companion> {
+    Arc::new(View::new(meaning))
 }
 
 /// Feeds one client; when it is slow it loses messages, and only it.

@@ -3,8 +3,9 @@
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as STANDARD;
 use serde_json::{Map, Value, json};
-use taxel::estimation::{Meaning, State};
+use taxel::estimation::{Certainty, Meaning, State};
 use taxel::layout::{Layout, TaxelFrame};
+use taxel_recording::mcap::{Companion, CompanionTopic, TouchMessage};
 
 use crate::events::EventRecord;
 use crate::message::{CONTACT, HEADER};
@@ -38,6 +39,9 @@ impl Topic {
         Self::Transform,
     ];
 
+    /// Those that a recording has one of for each touch, beside our own.
+    const RECORDED: [Self; 4] = [Self::Grid, Self::Image, Self::Scene, Self::Transform];
+
     pub(super) fn of_channel(channel: u32) -> Option<Self> {
         let place = usize::try_from(channel).ok()?.checked_sub(1)?;
         Self::ALL.get(place).copied()
@@ -57,11 +61,53 @@ impl Topic {
 }
 
 /// What turns frames into messages.
+#[derive(Debug)]
 pub(crate) struct View {
     layout: Layout,
     components: usize,
     full_scale: Option<f64>,
     columns: Columns,
+}
+
+/// What is drawn of a frame.
+struct Drawn {
+    values: Vec<f32>,
+    deviations: Vec<f32>,
+    states: Vec<u8>,
+    contacts: Vec<ContactOfFrame>,
+}
+
+impl Drawn {
+    fn of_frame(frame: &FrameMessage<'_>) -> Self {
+        Self {
+            values: frame.values().collect(),
+            deviations: frame.deviations().collect(),
+            states: frame.states().collect(),
+            contacts: frame.contacts().collect(),
+        }
+    }
+
+    fn of_touch(touch: &TouchMessage) -> Self {
+        let codes = touch.certainty.as_ref().map(|of| &*of.contacts);
+        let name = |place: usize| {
+            let code = usize::from(*codes?.get(place)?);
+            Certainty::ALL.get(code).map(|certainty| certainty.name())
+        };
+        let contacts = touch.contacts.iter().enumerate();
+        let contacts = contacts.map(|(place, contact)| ContactOfFrame {
+            id: contact.id,
+            centre: contact.centre,
+            force: contact.force,
+            force_deviation: contact.force_deviation,
+            certainty: name(place),
+        });
+        Self {
+            values: touch.values.clone(),
+            deviations: touch.deviations.clone(),
+            states: touch.states.clone(),
+            contacts: contacts.collect(),
+        }
+    }
 }
 
 /// A value of JSON of the kind of another, as a schema.
@@ -136,23 +182,25 @@ impl View {
 
     /// The topics, with their types.
     pub(super) fn advertised(&self) -> String {
-        let known: Map<String, Value> = serde_json::from_str(SCHEMAS).unwrap_or_default();
         let channels = (1..).zip(Topic::ALL).map(|(id, topic)| {
             let [name, kind] = topic.names();
-            let schema = known
-                .get(kind)
-                .cloned()
-                .unwrap_or_else(|| self.own_schema(topic));
             json!({
                 "id": id,
                 "topic": name,
                 "encoding": "json",
                 "schemaName": kind,
-                "schema": schema.to_string(),
+                "schema": self.schema(topic),
                 "schemaEncoding": "jsonschema",
             })
         });
         json!({"op": "advertise", "channels": channels.collect::<Vec<_>>()}).to_string()
+    }
+
+    /// The schema of a topic.
+    fn schema(&self, topic: Topic) -> String {
+        let known: Map<String, Value> = serde_json::from_str(SCHEMAS).unwrap_or_default();
+        let schema = known.get(topic.names()[1]).cloned();
+        schema.unwrap_or_else(|| self.own_schema(topic)).to_string()
     }
 
     /// The schema of a message of our own: that of one with a contact.
@@ -185,23 +233,30 @@ impl View {
                 text
             }
             Topic::Events => return events.iter().map(EventRecord::json).collect(),
-            Topic::Grid => self.grid(&frame, utc_ns).to_string(),
-            Topic::Image => self.image(&frame, utc_ns).to_string(),
-            Topic::Scene => self.scene(&frame, utc_ns).to_string(),
+            topic => self.drawn(topic, &Drawn::of_frame(&frame), utc_ns),
+        }]
+    }
+
+    /// The message of a topic that is drawn.
+    fn drawn(&self, topic: Topic, drawn: &Drawn, utc_ns: u64) -> String {
+        let message = match topic {
+            Topic::Frame | Topic::Events => Value::Null,
+            Topic::Grid => self.grid(drawn, utc_ns),
+            Topic::Image => self.image(drawn, utc_ns),
+            Topic::Scene => self.scene(drawn, utc_ns),
             Topic::Transform => json!({
                 "timestamp": time(utc_ns),
                 "parent_frame_id": MOUNT,
                 "child_frame_id": SENSOR,
                 "translation": vector([0.0; 3]),
                 "rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
-            })
-            .to_string(),
-        }]
+            }),
+        };
+        message.to_string()
     }
 
     /// Value of each taxel: x, y, pressing.
-    fn values(&self, numbers: impl Iterator<Item = f32>) -> Vec<[f32; 3]> {
-        let numbers: Vec<f32> = numbers.collect();
+    fn values(&self, numbers: &[f32]) -> Vec<[f32; 3]> {
         let of_taxel = |numbers: &[f32]| match *numbers {
             [x, y, z] => [x, y, z],
             [z] => [0.0, 0.0, z],
@@ -211,16 +266,16 @@ impl View {
     }
 
     /// Force, deviation of its pressing part and state of each taxel, on the developed surface.
-    fn grid(&self, frame: &FrameMessage<'_>, utc_ns: u64) -> Value {
+    fn grid(&self, drawn: &Drawn, utc_ns: u64) -> Value {
         let Layout {
             rows,
             columns,
             pitch: [x, y],
             ..
         } = self.layout;
-        let values = self.values(frame.values());
-        let deviations = self.values(frame.deviations());
-        let states: Vec<u8> = frame.states().collect();
+        let values = self.values(&drawn.values);
+        let deviations = self.values(&drawn.deviations);
+        let states = &drawn.states;
         let mut data = Vec::new();
         // The first row of a grid is at its least y, ours at the greatest.
         for (row, column) in (0..rows)
@@ -255,12 +310,12 @@ impl View {
     }
 
     /// Pressing values as an image, row 0 on top.
-    fn image(&self, frame: &FrameMessage<'_>, utc_ns: u64) -> Value {
+    fn image(&self, drawn: &Drawn, utc_ns: u64) -> Value {
         // An image has no place for the state of a value: what is a bound is left out.
-        let values = self.values(frame.values()).into_iter().zip(frame.states());
+        let values = self.values(&drawn.values).into_iter().zip(&drawn.states);
         let data = values.flat_map(|([_, _, z], state)| {
             let bound = State::ALL
-                .get(usize::from(state))
+                .get(usize::from(*state))
                 .is_some_and(|state| state.is_bound());
             if bound { f32::NAN } else { z }.to_le_bytes()
         });
@@ -277,9 +332,9 @@ impl View {
     }
 
     /// An arrow for each taxel, which ends at it, and a ball with its force for each contact.
-    fn scene(&self, frame: &FrameMessage<'_>, utc_ns: u64) -> Value {
+    fn scene(&self, drawn: &Drawn, utc_ns: u64) -> Value {
         let pitch = self.layout.pitch[0].min(self.layout.pitch[1]);
-        let vectors = self.layout.frames.iter().zip(self.values(frame.values()));
+        let vectors = self.layout.frames.iter().zip(self.values(&drawn.values));
         let vectors: Vec<_> = vectors
             .map(|(at, value)| (at.position, force_vector(at, value.map(f64::from))))
             .filter(|(_, vector)| length(*vector) > 0.0)
@@ -308,7 +363,7 @@ impl View {
         });
         let arrows: Vec<Value> = arrows.collect();
         let (mut spheres, mut texts) = (Vec::new(), Vec::new());
-        for contact in frame.contacts() {
+        for contact in &drawn.contacts {
             let [x, y] = contact.centre;
             if !(x.is_finite() && y.is_finite()) {
                 continue;
@@ -321,7 +376,7 @@ impl View {
                 "font_size": 0.5 * pitch,
                 "scale_invariant": false,
                 "color": colour(1.0, 1.0, 1.0),
-                "text": labelled(&contact),
+                "text": labelled(contact),
             }));
         }
         json!({
@@ -343,6 +398,30 @@ impl View {
                 "models": [],
             }],
         })
+    }
+}
+
+impl Companion for View {
+    fn topics(&self) -> Vec<CompanionTopic> {
+        let topic = |(number, topic): (u16, Topic)| {
+            let [name, type_name] = topic.names();
+            CompanionTopic {
+                number,
+                name,
+                type_name,
+                encodings: ["json", "jsonschema"],
+                definition: self.schema(topic),
+            }
+        };
+        // Behind those for ROS 2.
+        (110..).zip(Topic::RECORDED).map(topic).collect()
+    }
+
+    fn encode(&self, place: usize, touch: &TouchMessage, utc_ns: u64, out: &mut Vec<u8>) {
+        if let Some(topic) = Topic::RECORDED.get(place) {
+            let text = self.drawn(*topic, &Drawn::of_touch(touch), utc_ns);
+            out.extend_from_slice(text.as_bytes());
+        }
     }
 }
 

@@ -65,6 +65,12 @@ impl ClockWatch {
         })
     }
 
+    /// Time of the steady clock at which a frame of this device time was read, ns since the program began;
+    /// `None` while nothing is known of the clock of the board.
+    pub(crate) fn host_ns(&self, device_time_ns: u64) -> Option<u64> {
+        self.map.host(device_time_ns).map(|host| host.time_ns)
+    }
+
     /// The link is open again.
     pub(crate) fn reconnected(&mut self) {
         self.map.reset();

@@ -20,39 +20,20 @@ use super::frame::FrameMessage;
 use super::lsl_query::holds;
 use super::sink::Sink;
 use crate::events::EventRecord;
+use crate::lsl::{GROUPS, PORT, RANGE, clock, stamp};
 use crate::outgoing::Outgoing;
 
-/// Port of the questions of all, and the first of those that outlets take.
-const PORT: u16 = 16_571;
-/// Ports that an outlet tries before it takes any.
-const RANGE: std::ops::Range<u16> = 16_572..16_604;
-/// Groups by which outlets are asked: those of the machine, of the site and of the organisation.
-const GROUPS: [Ipv4Addr; 2] = [
-    Ipv4Addr::new(224, 0, 0, 183),
-    Ipv4Addr::new(239, 255, 172, 215),
-];
 /// Longest request, bytes; the library takes as much.
 const LONGEST: u64 = 16_384;
 /// Samples that an inlet may be behind before it loses new ones: two seconds at 1 kHz.
 const MOST_BEHIND: usize = 2000;
 /// Wait between looks at the end of the run.
 const NAP: Duration = Duration::from_millis(50);
-/// Longest wait for an inlet that takes nothing: what is sent at the end is lost to it.
+/// Longest wait for a request, and for an inlet that takes nothing: what is sent at the end is lost to it.
 const PATIENCE: Duration = Duration::from_secs(1);
-
-/// Time of the clock of the layer, s: on Unix that of its library, so that programs of one machine need not
-/// compare their clocks.
-fn clock() -> f64 {
-    #[cfg(unix)]
-    {
-        let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-        now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
-    }
-    #[cfg(not(unix))]
-    {
-        crate::clock::Epoch::of_process().at.elapsed().as_secs_f64()
-    }
-}
+/// Connections at once, of all streams together: each has a thread. A recorder takes one for each stream, and a
+/// second for its description.
+const MOST_CONNECTIONS: usize = 64;
 
 /// Format of the samples of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,8 +42,15 @@ enum Format {
     Text,
 }
 
-/// A channel: its label, its unit, and what it is.
-type Channel = (String, String, &'static str);
+/// A channel of a stream.
+struct Channel {
+    label: String,
+    unit: String,
+    /// What it is.
+    kind: &'static str,
+    /// Where its taxels are on average, m; none where that is not known, or it is of the whole array.
+    at: Option<[f64; 3]>,
+}
 
 /// What a stream is.
 struct Description {
@@ -145,12 +133,19 @@ impl Description {
                 xml,
                 "<acquisition><manufacturer>taxel</manufacturer><version>{program}</version></acquisition><channels>"
             );
-            for (label, unit, kind) in &self.channels {
-                let [label, unit] = [label, unit].map(|text| escaped(text));
+            for channel in &self.channels {
+                let [label, unit] = [&channel.label, &channel.unit].map(|text| escaped(text));
+                let kind = channel.kind;
                 let _ = write!(
                     xml,
-                    "<channel><label>{label}</label><unit>{unit}</unit><type>{kind}</type></channel>"
+                    "<channel><label>{label}</label><unit>{unit}</unit><type>{kind}</type>"
                 );
+                if let Some(at) = channel.at {
+                    // Millimetres, as the metadata of the layer have it.
+                    let [x, y, z] = at.map(|metres| 1e3 * metres);
+                    let _ = write!(xml, "<location><X>{x}</X><Y>{y}</Y><Z>{z}</Z></location>");
+                }
+                xml.push_str("</channel>");
             }
             xml.push_str("</channels>");
         }
@@ -225,6 +220,8 @@ impl Outlet {
 pub(super) struct Lsl {
     /// Forces, readings, values, events.
     outlets: [Arc<Outlet>; 4],
+    /// Stamp of the newest frame, s.
+    newest: f64,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
     feeds: Arc<Mutex<Vec<JoinHandle<()>>>>,
@@ -296,8 +293,37 @@ fn of_totals(meaning: &Meaning) -> Vec<Channel> {
         ("total_certainty", "1"),
         ("lost", "1"),
     ]
-    .map(|(label, unit)| (label.into(), unit.into(), "Force"))
+    .map(|(label, unit)| Channel {
+        label: label.into(),
+        unit: unit.into(),
+        kind: "Force",
+        at: None,
+    })
     .into()
+}
+
+/// Where taxels are on average, m.
+fn centre_of(meaning: &Meaning, taxels: impl Iterator<Item = usize>) -> Option<[f64; 3]> {
+    let (mut sum, mut count) = ([0.0; 3], 0);
+    for frame in taxels.filter_map(|taxel| meaning.layout.frames.get(taxel)) {
+        sum = [0, 1, 2].map(|axis| sum[axis] + frame.position[axis]);
+        count += 1;
+    }
+    (meaning.in_metres && count > 0).then(|| sum.map(|part| part / f64::from(count)))
+}
+
+/// Channels of the stream of readings.
+fn of_readings(meaning: &Meaning) -> Vec<Channel> {
+    let unit = super::frame::unit(&meaning.reading.quantity).1;
+    let channels = meaning.channels.iter().enumerate();
+    channels
+        .map(|(channel, name)| Channel {
+            label: name.clone(),
+            unit: unit.to_owned(),
+            kind: "Raw",
+            at: centre_of(meaning, meaning.wiring.taxels(channel)),
+        })
+        .collect()
 }
 
 /// Channels of the stream of values: value, deviation and state of each taxel.
@@ -306,27 +332,33 @@ fn of_taxels(meaning: &Meaning) -> Vec<Channel> {
     let unit = super::frame::unit(&meaning.value.quantity).1;
     let axes = &["x", "y", "z"][3 - meaning.components..];
     let name = |index: usize| format!("r{}c{}", index / layout.columns, index % layout.columns);
-    let of = |end: &'static str| {
-        let taxels = 0..layout.taxels();
-        taxels.flat_map(move |index| {
-            let labels = axes
-                .iter()
-                .map(move |axis| format!("{}.{axis}{end}", name(index)));
-            labels.map(|label| (label, unit.to_owned(), "Touch"))
-        })
+    let channel = |taxel: usize, end: String, unit: &str, kind| Channel {
+        label: name(taxel) + &end,
+        unit: unit.to_owned(),
+        kind,
+        at: centre_of(meaning, std::iter::once(taxel)),
     };
-    let states =
-        (0..layout.taxels()).map(|index| (format!("{}.state", name(index)), "1".into(), "State"));
-    of("").chain(of("_deviation")).chain(states).collect()
+    let taxels = 0..layout.taxels();
+    let mut channels = Vec::new();
+    for end in ["", "_deviation"] {
+        for taxel in taxels.clone() {
+            let of_axis = |axis| channel(taxel, format!(".{axis}{end}"), unit, "Touch");
+            channels.extend(axes.iter().map(of_axis));
+        }
+    }
+    channels.extend(taxels.map(|taxel| channel(taxel, ".state".into(), "1", "State")));
+    channels
 }
 
 impl Lsl {
     pub(super) fn open(meaning: &Meaning, stream: &Stream) -> io::Result<Self> {
         let rate = stream.period.map_or(0.0, f64::recip);
-        let reading = super::frame::unit(&meaning.reading.quantity).1;
-        let readings = meaning.channels.iter();
-        let readings = readings.map(|name| (name.clone(), reading.to_owned(), "Raw"));
-        let events = vec![("event".to_owned(), "json".to_owned(), "Event")];
+        let events = vec![Channel {
+            label: "event".into(),
+            unit: "json".into(),
+            kind: "Event",
+            at: None,
+        }];
         let udp = udp_socket()?;
         let port = udp.local_addr()?.port();
         let (stop, feeds) = (Arc::new(AtomicBool::new(false)), Arc::default());
@@ -359,7 +391,13 @@ impl Lsl {
         };
         let outlets = [
             outlet("force", "Force", Format::Float32, of_totals(meaning), rate)?,
-            outlet("readings", "Raw", Format::Float32, readings.collect(), rate)?,
+            outlet(
+                "readings",
+                "Raw",
+                Format::Float32,
+                of_readings(meaning),
+                rate,
+            )?,
             outlet("values", "Touch", Format::Float32, of_taxels(meaning), rate)?,
             outlet("events", "Markers", Format::Text, events, 0.0)?,
         ];
@@ -371,6 +409,7 @@ impl Lsl {
         }
         Ok(Self {
             outlets,
+            newest: f64::MIN,
             stop,
             threads,
             feeds,
@@ -432,14 +471,17 @@ fn accept(
             std::thread::sleep(NAP);
             continue;
         };
-        let outlet = Arc::clone(outlet);
-        let feed = std::thread::spawn(move || {
-            // An inlet that goes is no matter of the run.
-            let _ = serve(stream, &outlet);
-        });
         let mut feeds = feeds.lock().unwrap_or_else(PoisonError::into_inner);
         feeds.retain(|feed| !feed.is_finished());
-        feeds.push(feed);
+        if feeds.len() >= MOST_CONNECTIONS {
+            // Closed at once: whoever asks comes again.
+            continue;
+        }
+        let outlet = Arc::clone(outlet);
+        feeds.push(std::thread::spawn(move || {
+            // An inlet that goes is no matter of the run.
+            let _ = serve(stream, &outlet);
+        }));
     }
 }
 
@@ -447,10 +489,13 @@ fn accept(
 fn serve(mut stream: TcpStream, outlet: &Outlet) -> io::Result<()> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let description = &outlet.description;
-    let mut request = BufReader::new(stream.try_clone()?.take(LONGEST));
+    let request = Timed {
+        stream: stream.try_clone()?,
+        until: Instant::now() + PATIENCE,
+    };
+    let mut request = BufReader::new(request.take(LONGEST));
     let mut line = String::new();
     request.read_line(&mut line)?;
     let mut words = line.split_whitespace();
@@ -490,22 +535,41 @@ fn serve(mut stream: TcpStream, outlet: &Outlet) -> io::Result<()> {
         let mut inlets = outlet.inlets.lock().unwrap_or_else(PoisonError::into_inner);
         inlets.push(sender);
     }
-    for sample in samples {
-        stream.write_all(&sample)?;
+    while let Ok(sample) = samples.recv() {
+        if let Err(error) = stream.write_all(&sample) {
+            // This one, and those that wait behind it.
+            let lost = 1 + samples.try_iter().count() as u64;
+            outlet.dropped.fetch_add(lost, Ordering::Relaxed);
+            return Err(error);
+        }
     }
     Ok(())
 }
 
-/// The time of a moment by the clock of the layer, s.
-fn stamp(at: Instant) -> f64 {
-    clock() - at.elapsed().as_secs_f64()
+/// What a connection sends until a moment: a request that comes in drops ends there.
+struct Timed {
+    stream: TcpStream,
+    until: Instant,
+}
+
+impl io::Read for Timed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        self.stream.set_read_timeout(Some(left))?;
+        self.stream.read(buffer)
+    }
 }
 
 impl Sink for Lsl {
     fn frame(&mut self, outgoing: &Outgoing) -> io::Result<()> {
+        // While the relation of the clocks settles a time may go back, which readers of the layer do not expect.
+        let stamp = stamp(outgoing.taken).max(self.newest);
+        self.newest = stamp;
         let [totals, readings, values, _] = &self.outlets;
         let frame = FrameMessage(&outgoing.bytes);
-        let stamp = stamp(outgoing.arrival);
         let lost = frame.lost().map_or(f64::NAN, |lost| lost as f64);
         let numbers = (frame.force().into_iter())
             .chain(frame.force_deviation())
@@ -525,7 +589,7 @@ impl Sink for Lsl {
     }
 
     fn event(&mut self, event: &EventRecord, outgoing: Option<&Outgoing>) -> io::Result<()> {
-        let at = outgoing.map_or_else(Instant::now, |outgoing| outgoing.arrival);
+        let at = outgoing.map_or_else(Instant::now, |outgoing| outgoing.taken);
         let text = std::iter::once(event.json());
         self.outlets[3].push(Description::texts(stamp(at), text));
         Ok(())

@@ -7,7 +7,8 @@ use taxel::acquisition::Frame;
 use taxel::shown;
 use taxel_recording::mcap::{FrameMessage, HealthMessage, LinkMessage, MarkMessage, RestKind};
 
-use super::{Failure, Pump, RUNNING};
+use super::{Failure, NewMark, Pump, RUNNING};
+use crate::clock::Epoch;
 use crate::condition::ChannelConditions;
 use crate::link::LinkHandle;
 use crate::record::Recorder;
@@ -17,13 +18,21 @@ use crate::tare::By;
 const HEALTH_EVERY: Duration = Duration::from_secs(1);
 
 impl Pump {
-    /// Notes what a person or a program says, at the newest frame.
-    pub(super) fn note(&mut self, text: String, time_ns: Option<u64>) {
+    /// Notes what a person or a program says, at the newest frame or when it happened.
+    pub(super) fn note(&mut self, mark: NewMark) {
+        let NewMark { text, by, at } = mark;
+        let time_ns = match at {
+            Some(at) => self.device_time_ns(at),
+            None => self.last.as_ref().map(|last| last.time_ns),
+        };
         if let Some(recorder) = &self.recorder {
+            let epoch = Epoch::of_process();
             recorder.mark(MarkMessage {
+                utc_ns: at.map_or(0, |at| epoch.utc_ns_at(at)),
+                host_ns: at.map(|at| epoch.since_ns(at)),
                 device_time_ns: time_ns,
                 text: text.clone(),
-                ..MarkMessage::default()
+                by,
             });
         }
         let shared = Arc::clone(&self.shared);
@@ -33,6 +42,27 @@ impl Pump {
         if let Err(error) = noted {
             self.file_failed(error);
         }
+    }
+
+    /// Device time of a moment, ns, from the newest frame; `None` before the first. Of frames that stay away
+    /// nothing is said.
+    fn device_time_ns(&self, at: Instant) -> Option<u64> {
+        let newest = self.last.as_ref()?.time_ns;
+        let speed = if self.source.is_live() {
+            1.0
+        } else {
+            self.options.speed
+        };
+        if !speed.is_finite() {
+            return Some(newest);
+        }
+        let most = Duration::from_secs_f64(crate::stale_after(self.source.stream()));
+        let then = self.newest_taken;
+        let ahead = at.saturating_duration_since(then).min(most).as_secs_f64();
+        let before = then.saturating_duration_since(at).as_secs_f64();
+        let nanoseconds = |seconds: f64| (seconds * speed * 1e9) as u64;
+        let time_ns = newest.saturating_add(nanoseconds(ahead));
+        Some(time_ns.saturating_sub(nanoseconds(before)))
     }
 
     /// Records the run from here on, as a run that is recorded from its beginning.

@@ -18,8 +18,8 @@ use std::time::Instant;
 use taxel::shown;
 
 use taxel_recording::mcap::{
-    Attachment, ClockMessage, EventMessage, FrameMessage, HealthMessage, LinkMessage, MarkMessage,
-    Metadata, RecordingHead, RestMessage, Storage, Topic, TouchMessage, WireMessage,
+    Attachment, ClockMessage, Companion, EventMessage, FrameMessage, HealthMessage, LinkMessage,
+    MarkMessage, Metadata, RecordingHead, RestMessage, Storage, Topic, TouchMessage, WireMessage,
 };
 use taxel_recording::{Stream, description_of};
 
@@ -53,6 +53,8 @@ pub struct RecordFile {
     pub attachments: Vec<Attachment>,
     /// Command line, version, hashes.
     pub metadata: Vec<Metadata>,
+    /// Messages of types that another program knows, beside our own; default none.
+    pub companion: Option<Arc<dyn Companion>>,
     /// What becomes of the run when the recording fails.
     pub when_failing: WhenRecordingFails,
     /// Hears of the failure at once.
@@ -241,7 +243,8 @@ impl Recorder {
             attachments: file.attachments.clone(),
             metadata: file.metadata.clone(),
         };
-        let writer = thread::begin(disk, &head, messages, Arc::clone(&shared))?;
+        let companion = file.companion.clone();
+        let writer = thread::begin(disk, (&head, companion), messages, Arc::clone(&shared))?;
         *shared.writer.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
         Ok(Self {
             sender,
@@ -337,9 +340,11 @@ impl Recorder {
         self.put(Recorded::Health(Box::new(message)));
     }
 
-    /// Records a mark of the operator.
+    /// Records a mark of the operator; one without a time is of now.
     pub fn mark(&self, mut message: MarkMessage) {
-        message.utc_ns = self.utc_ns();
+        if message.utc_ns == 0 {
+            message.utc_ns = self.utc_ns();
+        }
         self.put(Recorded::Mark(message));
     }
 

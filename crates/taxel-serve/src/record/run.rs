@@ -99,6 +99,7 @@ mod tests {
                 library: "test".into(),
                 attachments: Vec::new(),
                 metadata: Vec::new(),
+                companion: None,
                 when_failing: WhenRecordingFails::GoOn,
                 told: |_| (),
             },

@@ -19,6 +19,7 @@ fn file(path: PathBuf, told: fn(&str)) -> RecordFile {
         library: "test".into(),
         attachments: Vec::new(),
         metadata: Vec::new(),
+        companion: None,
         when_failing: WhenRecordingFails::GoOn,
         told,
     }

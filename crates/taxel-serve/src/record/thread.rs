@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use taxel_recording::mcap::{McapWriter, RecordingHead, Storage, Topic};
+use taxel_recording::mcap::{Companion, McapWriter, RecordingHead, Storage, Topic};
 
 use super::disk::{SyncThread, Syncs};
 use super::{Item, Recorded, State};
@@ -25,12 +25,12 @@ const IDLE: Duration = Duration::from_hours(1);
 /// Writes the head, then begins the thread.
 pub(super) fn begin<S: Storage + Syncs + Send + 'static>(
     disk: S,
-    head: &RecordingHead,
+    (head, companion): (&RecordingHead, Option<Arc<dyn Companion>>),
     messages: Receiver<(u64, Item)>,
     state: Arc<State>,
 ) -> Result<JoinHandle<()>> {
     let syncer = disk.syncer()?;
-    let mut writer = McapWriter::new(disk, head)?;
+    let mut writer = McapWriter::new(disk, head)?.accompanied(companion);
     writer.sync()?;
     let failed = Arc::clone(&state);
     let sync = SyncThread::begin(syncer, move |error| failed.fail(error));

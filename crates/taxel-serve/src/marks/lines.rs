@@ -3,10 +3,9 @@
 use std::io::{BufRead, Read as _};
 use std::sync::mpsc::SyncSender;
 
-use crate::pump::Command;
+use super::cut;
+use crate::pump::{Command, NewMark};
 
-/// Longest mark, characters; what follows is cut.
-pub(crate) const LONGEST_MARK: usize = 500;
 /// Longest line that is read at once, bytes.
 const LONGEST_LINE: u64 = 4096;
 
@@ -27,8 +26,12 @@ fn lines(mut input: impl BufRead, commands: &SyncSender<Command>) {
             return;
         }
         let text = String::from_utf8_lossy(&line);
-        let text: String = text.trim().chars().take(LONGEST_MARK).collect();
-        if !text.is_empty() && commands.send(Command::Mark { text }).is_err() {
+        let mark = NewMark {
+            text: cut(&text),
+            by: "standard input".into(),
+            at: None,
+        };
+        if !mark.text.is_empty() && commands.send(Command::Mark(mark)).is_err() {
             return;
         }
     }
@@ -46,7 +49,7 @@ mod tests {
         let texts: Vec<_> = commands
             .iter()
             .map(|command| match command {
-                Command::Mark { text } => text,
+                Command::Mark(mark) => mark.text,
                 other => panic!("{other:?}"),
             })
             .collect();
