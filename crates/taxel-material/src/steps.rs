@@ -5,6 +5,7 @@ use taxel_ground::InputError;
 
 use crate::file::Test;
 use crate::law::Mode;
+use crate::material::Tested;
 
 /// Which loading of a cyclic test counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -46,12 +47,25 @@ pub struct Specimen {
     pub bonded: f64,
 }
 
+impl Specimen {
+    /// The loading, as law files have it.
+    pub fn tested(&self) -> Tested {
+        match self.mode {
+            Mode::Uniaxial if self.compression => Tested::Compression,
+            Mode::Uniaxial => Tested::Uniaxial,
+            Mode::Equibiaxial => Tested::Equibiaxial,
+            Mode::Planar => Tested::Planar,
+        }
+    }
+}
+
 /// Part of the range of strain that a turning point must come back.
 const HYSTERESIS: f64 = 0.05;
 /// Fall of the force after which a specimen counts as broken.
 const BREAK: f64 = 0.2;
-/// Fewest points, and least range of strain, that a law is fitted to.
-const FEWEST: usize = 8;
+/// Fewest points that a law is fitted to.
+pub const FEWEST: usize = 8;
+/// Least range of strain.
 const NARROWEST: f64 = 0.05;
 
 /// The points of each test, and one line for each step that changed something.
@@ -190,7 +204,7 @@ fn one_loading(
     if loadings.len() > 1 {
         let last = loadings.len();
         say(format!(
-            "{last} loadings; the moduli of all are printed by --cycle 1 to {last}"
+            "{last} loadings; settled by --cycle first, last or a number"
         ));
     }
     let number = match steps.cycle {

@@ -5,8 +5,8 @@
 use std::fmt::Write as _;
 
 use taxel_material::{
-    Choice, Cycle, Fit, Form, Law, Measure, Mode, Options, Slack, Steps, Weights, choose, fit,
-    prepare, read,
+    Choice, Cycle, Fit, Form, Law, Measure, Mode, Options, Slack, Steps, Weights, choose, fits,
+    prepare, read, with_interval,
 };
 use taxel_numerics::Noise;
 
@@ -41,7 +41,7 @@ fn machine(head: &str, points: impl Iterator<Item = (f64, f64)>) -> String {
 fn fitted(text: &str, form: Form, steps: &Steps, slack: Slack) -> (Fit, Vec<String>) {
     let test = read("pull.csv", text, None).unwrap();
     let (tests, notes) = prepare(&[test], steps).unwrap();
-    let fit = fit(
+    let fit = fits(
         &tests,
         form,
         slack,
@@ -49,7 +49,9 @@ fn fitted(text: &str, form: Form, steps: &Steps, slack: Slack) -> (Fit, Vec<Stri
         Measure::Stretch,
         false,
     )
-    .unwrap();
+    .unwrap()
+    .remove(0);
+    let fit = with_interval(&tests, fit, Weights::Relative, Measure::Stretch, false);
     (fit, notes)
 }
 
