@@ -170,30 +170,11 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
         .filter_map(|c| c.fit.interval)
         .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     let pull_alone = ways == 1 && tested(Mode::Uniaxial, false);
-    let mut shares = Vec::new();
-    if index.is_some() && pull_alone {
-        for share in SHARES {
-            let Some(fit) = fitted(Form::GentShare(share))
-                .ok()
-                .and_then(|fits| fits.into_iter().next())
-            else {
-                continue;
-            };
-            shares.push([
-                share,
-                fit.shear_modulus,
-                fit.limit.unwrap_or(f64::INFINITY),
-                fit.rms(),
-                fit.nominal_stress(Mode::Uniaxial, 0.6),
-                fit.nominal_stress(Mode::Planar, 0.6),
-            ]);
-        }
-        let best = shares
-            .iter()
-            .map(|share| share[3])
-            .fold(f64::INFINITY, f64::min);
-        shares.retain(|share| share[3] <= good_enough(best));
-    }
+    let shares = if index.is_some() && pull_alone {
+        shares(|share| fitted(Form::GentShare(share)))
+    } else {
+        Vec::new()
+    };
     Ok(Choice {
         candidates,
         failed,
@@ -201,6 +182,28 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
         interval: index.and(interval),
         shares,
     })
+}
+
+/// The shares of the second invariant that fit as well, as [`Choice::shares`] has them.
+fn shares(fitted: impl Fn(f64) -> Result<Vec<Fit>, FitError>) -> Vec<[f64; 6]> {
+    let of = |share: f64| {
+        let fit = fitted(share).ok()?.into_iter().next()?;
+        Some([
+            share,
+            fit.shear_modulus,
+            fit.limit.unwrap_or(f64::INFINITY),
+            fit.rms(),
+            fit.nominal_stress(Mode::Uniaxial, 0.6),
+            fit.nominal_stress(Mode::Planar, 0.6),
+        ])
+    };
+    let mut shares: Vec<[f64; 6]> = SHARES.into_iter().filter_map(of).collect();
+    let best = shares
+        .iter()
+        .map(|share| share[3])
+        .fold(f64::INFINITY, f64::min);
+    shares.retain(|share| share[3] <= good_enough(best));
+    shares
 }
 
 /// The least minimum of a law and, where that is refused, the least of those that stand.
@@ -265,8 +268,9 @@ fn judged(fit: Fit, range: [f64; 2], biaxial: bool) -> Candidate {
         let outer = fit.limit.iter().chain(&fit.exponents);
         let constants = fit.moduli.iter().chain(outer).copied();
         let errors = fit.standard_errors.iter().flatten();
-        // Yeoh's second and third factor may be anything about zero.
-        let count = if fit.form == Form::Yeoh {
+        // Yeoh's second and third factor may be anything about zero, and a limit that no test sees is
+        // no constant of the law.
+        let count = if fit.form == Form::Yeoh || matches!(law, Law::NeoHookean { .. }) {
             1
         } else {
             usize::MAX

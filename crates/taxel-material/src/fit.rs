@@ -618,7 +618,9 @@ impl Problem<'_> {
             if !gained {
                 break;
             }
-            sizes.iter_mut().for_each(|size| *size *= 0.3);
+            for size in &mut sizes {
+                *size *= 0.3;
+            }
         }
         if shear.is_none() {
             for _ in 0..50 {

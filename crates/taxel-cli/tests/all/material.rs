@@ -304,7 +304,14 @@ fn a_stress_that_is_held_becomes_a_series() {
         writeln!(text, "{},{}", l - 1.0, 80.0 * (l - l.powi(-2)) * error).unwrap();
     }
     fs::write(&pull, text).unwrap();
-    done(&["material", "fit", &pull, &held, "-o", &law]);
+    let page = folder.path("fit.html");
+    done(&[
+        "material", "fit", &pull, &held, "-o", &law, "--report", &page,
+    ]);
+    let page = fs::read_to_string(page).unwrap();
+    // One figure each for data, residuals, Mooney's plot, other loadings, profile and relaxation.
+    assert_eq!(page.matches("<figure>").count(), 6, "{page}");
+    assert!(page.contains("What relaxes") && !page.contains("NaN"));
     let checked = json(&["material", "check", &law]);
     // The errors of the pull are at most 0.4 %.
     assert!(
@@ -313,4 +320,100 @@ fn a_stress_that_is_held_becomes_a_series() {
     );
     let written = fs::read_to_string(&law).unwrap();
     assert!(written.contains("[relaxation]"), "{written}");
+}
+
+/// A pull of 30 points to a strain of one, by a stress in kPa.
+fn pulled(folder: &Folder, name: &str, head: &str, stress: impl Fn(f64) -> f64) -> String {
+    let path = folder.path(name);
+    let mut text = format!("{head}strain [1],stress [kPa]\n");
+    for n in 1..=30 {
+        let e = f64::from(n) / 30.0;
+        writeln!(text, "{e},{}", stress(e)).unwrap();
+    }
+    fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn mistakes_of_tests_are_answered_with_their_remedy() {
+    let folder = Folder::new("material-mistakes");
+    let neo = |l: f64| 100.0 * (l - l.powi(-2));
+    let raw = |name: &str, text: &str| {
+        let path = folder.path(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let fit = |path: &str, more: &[&str], said: &[&str]| {
+        refused_with(&[&["material", "fit", path], more].concat(), said);
+    };
+    fit(
+        &raw("unit.csv", "strain [1],force\n0.1,2\n"),
+        &[],
+        &["write `force [N]`"],
+    );
+    fit(
+        &raw("length.csv", "extension [mm],stress [kPa]\n1,2\n"),
+        &[],
+        &["gauge_length"],
+    );
+    fit(
+        &raw("area.csv", "strain [1],force [N]\n1,2\n"),
+        &[],
+        &["# width"],
+    );
+    fit(
+        &raw("percent.csv", "strain,stress [kPa]\n5,2\n"),
+        &[],
+        &["write `strain [1]` or `strain [%]`"],
+    );
+    fit(
+        &raw("few.csv", "strain [1],stress [kPa]\n0.1,1\n0.2,2\n"),
+        &[],
+        &["a law needs 8"],
+    );
+    let falling = pulled(&folder, "falling.csv", "", |e| {
+        10.0 + (e - 0.1).min(0.0) - 1.5 * e
+    });
+    fit(&falling, &[], &["--cycle"]);
+    let negative = pulled(&folder, "negative.csv", "", |e| -neo(1.0 + e));
+    fit(&negative, &[], &["--mode compression"]);
+    fit(
+        &negative,
+        &["--mode", "stretch"],
+        &["--mode is one of", "relaxation"],
+    );
+    let clean = pulled(&folder, "clean.csv", "", |e| neo(1.0 + e));
+    fit(&clean, &["--slack", "0.8mm"], &["gauge_length"]);
+    fit(&clean, &["--slack", "0.5"], &["outside 0 to 0.1"]);
+    fit(&clean, &["--cycle", "7"], &["there are 1"]);
+    fit(&clean, &["--law", "ogden9"], &["ogden3"]);
+    // A tenth of the length of slack is none.
+    let loose = pulled(
+        &folder,
+        "loose.csv",
+        "",
+        |e| neo(((1.0 + e) / 1.2).max(1.0)),
+    );
+    let output = taxel(&["material", "fit", &loose, "--slack", "fit"]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("check the gauge length"), "{said}");
+    let late = "# stretch = \"1.2\"\ntime [s],stress [kPa]\n";
+    let late = (20..60).fold(String::from(late), |mut text, n| {
+        writeln!(text, "{n},{}", 50.0 + (-f64::from(n)).exp()).unwrap();
+        text
+    });
+    fit(&raw("late.csv", &late), &[], &["later than a tenth"]);
+    // A length of slack, of a gauge length that is given.
+    let head = "# gauge_length = \"40 mm\"\n";
+    let known = pulled(&folder, "known.csv", head, |e| {
+        neo(((1.0 + e) / 1.02).max(1.0))
+    });
+    let answer = json(&["material", "fit", &known, "--slack", "0.8mm"]);
+    let chosen = answer["chosen"].as_u64().unwrap() as usize;
+    // The file has all digits of the law.
+    assert!((number(&answer["candidates"][chosen]["shear_modulus_pa"]) / 100e3 - 1.0).abs() < 1e-9);
+    // The same bytes again: a fit has no random start, and one thread.
+    let again = || done(&["material", "fit", &known]);
+    assert_eq!(again(), again());
 }

@@ -21,6 +21,15 @@ pub(super) struct Report<'a> {
     pub(super) answer: &'a str,
 }
 
+/// The name of a file without its folder.
+fn short(name: &str) -> String {
+    let path = std::path::Path::new(name).file_name();
+    path.map_or_else(
+        || name.to_owned(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
 fn kpa(pascal: f64) -> f64 {
     pascal / 1e3
 }
@@ -75,7 +84,7 @@ impl Report<'_> {
 
     /// The page.
     pub(super) fn html(&self) -> String {
-        let names: Vec<&str> = self.tests.iter().map(|test| test.name.as_str()).collect();
+        let names: Vec<String> = self.tests.iter().map(|test| short(&test.name)).collect();
         let title = format!("Material of {}", names.join(", "));
         let mut figures = vec![self.data()];
         figures.extend(self.residuals());
@@ -98,7 +107,7 @@ impl Report<'_> {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
              <style>body{{font-family:system-ui,sans-serif;max-width:760px;margin:2rem auto;padding:0 1rem}}\
-             svg{{max-width:100%;height:auto}}figure{{margin:2rem 0}}pre{{white-space:pre-wrap;overflow-wrap:anywhere}}\
+             h1{{overflow-wrap:anywhere}}svg{{max-width:100%;height:auto}}figure{{margin:2rem 0}}pre{{white-space:pre-wrap;overflow-wrap:anywhere}}\
              table{{border-collapse:collapse}}td,th{{border-bottom:1px solid #ccc;padding:.3rem .6rem;text-align:left;\
              vertical-align:top}}.chosen{{font-weight:600}}</style>\n<h1>{title}</h1>\n<pre>{answer}</pre>\n{table}{figures}</html>\n",
             title = escape(&title),
@@ -155,7 +164,15 @@ impl Report<'_> {
                 }
             })
         });
-        series.push(Series::new("in the files", all.collect(), Style::Marks));
+        // What lies far beyond the fitted range would leave that no room.
+        let [low, high] = self.range().map(|l| l - 1.0);
+        let room = 0.5 * (high - low);
+        let near = |[e, _]: &[f64; 2]| (low - room..=high + room).contains(e);
+        series.push(Series::new(
+            "in the files",
+            all.filter(near).collect(),
+            Style::Marks,
+        ));
         let used = self.specimens.iter().flat_map(|one| &one.points);
         let used = used.map(|[e, p]| [*e, kpa(*p)]).collect();
         series.push(Series::new("used", used, Style::Marks));
@@ -185,7 +202,8 @@ impl Report<'_> {
         (
             "Data and laws",
             chart,
-            "Strains as the files have them; a mark of the first colour alone was left out.",
+            "Strains as the files have them; a mark of the first colour alone was left out. Of points beyond the fitted range only those \
+             within half of its width are drawn.",
         )
     }
 
@@ -203,7 +221,7 @@ impl Report<'_> {
                 let size = p.abs().max(0.05 * largest);
                 [l, 100.0 * (p - fit.nominal_stress(one.mode, l)) / size]
             });
-            Series::new(one.name.clone(), points.collect(), Style::Marks)
+            Series::new(short(&one.name), points.collect(), Style::Marks)
         });
         let title = format!("as independent as {:.1} points", fit.effective);
         let chart = chart(
