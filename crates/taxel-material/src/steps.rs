@@ -2,6 +2,7 @@
 //! the number of points that it takes away.
 
 use taxel_ground::InputError;
+use taxel_ground::quantity::STRESS;
 
 use crate::file::Test;
 use crate::law::Mode;
@@ -179,6 +180,7 @@ fn one_loading(
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let wrong = |message: String, help: &str| InputError::whole(&test.name, message).help(help);
     let mut points: Vec<[f64; 2]> = rows.iter().map(|[_, e, p]| [*e, *p]).collect();
+    possible(test, &points)?;
     if test.compression {
         let turned = points.iter().filter(|[e, _]| *e > 0.0).count();
         for point in &mut points {
@@ -245,6 +247,38 @@ fn one_loading(
         say(format!("foot: {} left out at the start", counted(foot)));
     }
     Ok(points)
+}
+
+/// Refuses what no specimen can have.
+fn possible(test: &Test, points: &[[f64; 2]]) -> Result<(), InputError> {
+    let wrong =
+        |message: String, help: &str| Err(InputError::whole(&test.name, message).help(help));
+    if points.is_empty() {
+        return wrong(
+            "the table has no rows".into(),
+            "give the file as the machine wrote it",
+        );
+    }
+    let [_, largest] = STRESS.sizes;
+    for [e, p] in points {
+        let l = if test.compression {
+            1.0 - e.abs()
+        } else {
+            1.0 + e
+        };
+        if l <= 0.0 {
+            let message = format!("a strain of {e} is a stretch of {l}, which must be above 0");
+            return wrong(
+                message,
+                "write `strain [%]` for per cent; a stretch counts from 1",
+            );
+        }
+        if p.abs() > largest {
+            let message = format!("a stress of {p:e} Pa is none of rubber");
+            return wrong(message, "look at the unit, and at the cross-section");
+        }
+    }
+    Ok(())
 }
 
 /// Refuses what is too little for a law.

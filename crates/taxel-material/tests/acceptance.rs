@@ -266,6 +266,12 @@ fn too_little_and_a_falling_stress_are_refused() {
             .help
             .contains("--mode compression")
     );
+    let none = refused("strain [1],stress [kPa]\n");
+    assert!(none.message.contains("no rows"), "{none}");
+    let beyond = refused("strain [1],stress [kPa]\n0.1,1\n-1.5,2\n");
+    assert!(beyond.message.contains("stretch of -0.5"), "{beyond}");
+    let huge = refused("strain [1],stress [kPa]\n0.1,1e300\n");
+    assert!(huge.help.contains("unit"), "{huge}");
     // It falls by less than the fifth of a break.
     assert!(
         refused(&table(&|e| 10.0 + (e - 0.1).min(0.0) - 1.5 * e))

@@ -851,17 +851,11 @@ impl Reader<'_> {
         let drawn = key.as_ref().and_then(|key| key.number(base));
         let form = |key: &Option<KeyPath>| key.as_ref().and_then(|key| key.form(base));
         if let (None, None, None) = (&written.range, &written.values, &written.spread)
-            && let Some((drawn, spread)) = key.as_ref().and_then(|key| self.of_material(key, base))
+            && let Some(variable) = key
+                .as_ref()
+                .and_then(|key| self.of_material(name, key, base))
         {
-            return Ok(Variable {
-                name: name.to_owned(),
-                key,
-                values: Values::Drawn(Form::Quantity(&STRESS, STRESS.si)),
-                points: 0,
-                drawn: Some(drawn),
-                spread: Some(spread),
-                process: name.to_owned(),
-            });
+            return Ok(variable);
         }
         let values = match (&written.range, &written.values) {
             (Some(_), Some(_)) => {
@@ -938,8 +932,8 @@ impl Reader<'_> {
         })
     }
 
-    /// The modulus of the material that a key names, Pa, and the spread that its interval leaves.
-    fn of_material(&self, key: &KeyPath, base: &DocumentMut) -> Option<(f64, Spread)> {
+    /// The modulus of the material that a key names, with the spread that its interval leaves.
+    fn of_material(&self, name: &str, key: &KeyPath, base: &DocumentMut) -> Option<Variable> {
         let used = taxel_material::used(&self.written.sensor, &base.to_string()).ok()?;
         let used = used.into_iter().find(|used| used.key == key.dotted())?;
         let [median, width] = used.material.scatter()?;
@@ -949,13 +943,19 @@ impl Reader<'_> {
         } else {
             law.youngs_modulus()
         };
-        let shape = Shape::Lognormal { median };
-        let spread = Spread {
-            shape,
-            size: width,
-            relative: true,
-        };
-        Some((modulus, spread))
+        Some(Variable {
+            name: name.to_owned(),
+            key: Some(key.clone()),
+            values: Values::Drawn(Form::Quantity(&STRESS, STRESS.si)),
+            points: 0,
+            drawn: Some(modulus),
+            spread: Some(Spread {
+                shape: Shape::Lognormal { median },
+                size: width,
+                relative: true,
+            }),
+            process: name.to_owned(),
+        })
     }
 
     fn range(&self, name: &str, ends: &[Bound; 2], scale: ScaleFile) -> Result<Values, InputError> {

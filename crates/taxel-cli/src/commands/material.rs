@@ -850,6 +850,8 @@ impl Answered<'_> {
             relaxation: self.held.map_or_else(Vec::new, |held| held.terms.clone()),
             tests: tests.collect(),
         };
-        Some(material.toml(of_i2.map(|(first, last)| [last[4], first[4]])))
+        Some(material.toml(
+            of_i2.map(|(first, last)| [last[4], first[4]].map(|stress| stress * self.to_sudden)),
+        ))
     }
 }
