@@ -303,26 +303,25 @@ fn slack(text: Option<&str>, tests: &[Test]) -> Result<Slack, Stop> {
     if text == "fit" {
         return Ok(Slack::Fitted);
     }
-    let strain = match text.parse::<f64>() {
-        Ok(strain) => strain,
-        Err(_) => {
-            let slack = LENGTH.parse(text).map_err(|message| {
-                wrong(format!("--slack is fit, a strain or a length: {message}"))
-            })?;
-            let mut lengths = tests
-                .iter()
-                .filter(|test| test.held.is_none())
-                .map(|test| test.length);
-            let first = lengths.next().flatten().ok_or_else(|| {
+    let strain = if let Ok(strain) = text.parse::<f64>() {
+        strain
+    } else {
+        let slack = LENGTH
+            .parse(text)
+            .map_err(|message| wrong(format!("--slack is fit, a strain or a length: {message}")))?;
+        let mut lengths = tests
+            .iter()
+            .filter(|test| test.held.is_none())
+            .map(|test| test.length);
+        let first = lengths.next().flatten().ok_or_else(|| {
                 wrong("--slack: a length needs the gauge length\nhelp: write `# gauge_length = \"33 mm\"` above the header")
             })?;
-            if lengths.any(|other| other != Some(first)) {
-                return Err(wrong(
-                    "--slack: the tests have different gauge lengths\nhelp: give a strain",
-                ));
-            }
-            slack / first
+        if lengths.any(|other| other != Some(first)) {
+            return Err(wrong(
+                "--slack: the tests have different gauge lengths\nhelp: give a strain",
+            ));
         }
+        slack / first
     };
     if (0.0..=0.1).contains(&strain) {
         Ok(Slack::Given(strain))
@@ -661,7 +660,8 @@ impl Answered<'_> {
         self.choice.interval.map(widened)
     }
 
-    fn text(&self) -> String {
+    /// What was guessed and left out, and a line for each law.
+    fn laws(&self) -> String {
         let mut text = String::new();
         for note in self.notes {
             let _ = writeln!(text, "{note}");
@@ -692,6 +692,11 @@ impl Answered<'_> {
         for (_, why) in &self.choice.failed {
             let _ = writeln!(text, "{why}");
         }
+        text
+    }
+
+    fn text(&self) -> String {
+        let mut text = self.laws();
         let Some(index) = self.choice.index else {
             if let Some(most) = self.stable_to {
                 let _ = writeln!(
