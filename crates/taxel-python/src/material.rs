@@ -71,7 +71,7 @@ pub(crate) fn material_fit(
         Some(Some(forms)) => Some(forms),
         Some(None) => {
             let names: Vec<_> = Form::all().into_iter().map(Form::label).collect();
-            return Err(value_error(&format!(
+            return Err(value_error(format!(
                 "law: use one of: {}, all",
                 names.join(", ")
             )));
