@@ -106,7 +106,7 @@ pub(crate) struct MaterialFit {
     /// Mode of the tests: uniaxial, compression, planar or equibiaxial
     #[arg(long)]
     pub(crate) mode: Option<String>,
-    /// Slack: a strain, or fit; by default it is fitted and kept where it matters
+    /// Slack: a strain, a length such as 0.8mm, or fit; by default it is fitted and kept where it matters
     #[arg(long)]
     pub(crate) slack: Option<String>,
     /// Compliance of the machine, such as "0.02 mm/N"
@@ -139,6 +139,9 @@ pub(crate) struct MaterialFit {
     /// Write the law to this file
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Write a page with figures to this file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
     /// Format of the result
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: Format,

@@ -73,7 +73,54 @@ pub fn sensor_text(path: &Path) -> Result<(String, String), Stop> {
         _ => text(path)
             .map_err(|stop| with_shipped_names(stop, path, "sensor", Sensor::shipped_names()))?,
     };
+    let text = with_laws(path, &name, text)?;
     Ok((name, text))
+}
+
+/// A description with the law files that it names; `path` is its own, from whose folder their names
+/// count. A test of a law that is not as it was when the law was fitted is noted.
+///
+/// # Errors
+/// A law file that cannot be read.
+pub fn with_laws(path: &Path, name: &str, mut text: String) -> Result<String, Stop> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for (file, key) in taxel_material::unread_files(&text) {
+        let law_path = folder.join(&file);
+        let law = self::text(&law_path).map_err(|stop| match stop {
+            Stop::WrongInput(message) => {
+                let key: Vec<&str> = key.iter().map(String::as_str).collect();
+                let help = "the name counts from the folder of this file";
+                taxel::toml_input::at_key(name, &text, &key, &message, help).into()
+            }
+            stop @ Stop::Failed(_) => stop,
+        })?;
+        law_file(&law_path, &law)?;
+        text = taxel_material::with_file(&text, &file, &law);
+    }
+    Ok(text)
+}
+
+/// The material of a law file with this text; a test that is not as it was when the law was fitted is
+/// noted.
+///
+/// # Errors
+/// The first mistake of the file.
+pub fn law_file(path: &Path, text: &str) -> Result<taxel_material::Material, Stop> {
+    let name = shown::path(path);
+    let material = taxel_material::Material::parse(&name, text)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for test in &material.tests {
+        // A test that is not there says nothing against the law.
+        if let Ok(text) = self::text(&folder.join(&test.file))
+            && sha256(text.as_bytes()) != test.sha256
+        {
+            let test = shown::text(&test.file);
+            crate::note!(
+                "note: {name}: the test {test} has changed since the law was fitted: fit it again"
+            );
+        }
+    }
+    Ok(material)
 }
 
 /// The sensor that a text describes.

@@ -25,8 +25,8 @@ pub mod study;
 
 pub use calibrations::{applied, applied_text, propagated, propagated_text, read_sensors, today};
 pub use files::{
-    NamedSensor, by_mechanics, bytes, device, is_page, predictor, recordings, sensor,
-    sensor_of_text, sensor_text, text, with_shipped_names,
+    NamedSensor, by_mechanics, bytes, device, is_page, law_file, predictor, recordings, sensor,
+    sensor_of_text, sensor_text, text, with_laws, with_shipped_names,
 };
 pub use hash::sha256;
 pub use progress::Progress;

@@ -1,5 +1,7 @@
 //! Derived quantities of a sensor file, as `taxel check` prints them.
 
+use std::borrow::Cow;
+
 /// One derived quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
@@ -10,7 +12,7 @@ pub struct Fact {
     /// SI value, or a word.
     pub value: Value,
     /// Part of the sensor file that it follows from.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
 }
 
 /// A value of a fact.
@@ -36,13 +38,13 @@ pub fn fact(
     group: &'static str,
     name: impl Into<String>,
     value: Value,
-    source: &'static str,
+    source: impl Into<Cow<'static, str>>,
 ) -> Fact {
     Fact {
         group,
         name: name.into(),
         value,
-        source,
+        source: source.into(),
     }
 }
 

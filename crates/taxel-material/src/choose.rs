@@ -1,6 +1,8 @@
 //! Which law stands for the tests, and what they do not tell.
 
-use crate::fit::{Fit, FitError, Form, MOST_SLACK, Measure, Slack, Weights, fit};
+use crate::fit::{
+    Fit, FitError, Form, MOST_SLACK, MOST_TERMS, Measure, Slack, Weights, fits, with_interval,
+};
 use crate::law::{Law, Mode};
 use crate::stability::{SANE, equibiaxial_ratio, first_loss};
 use crate::steps::Specimen;
@@ -103,10 +105,11 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
     let mut forms = vec![Form::NeoHookean, Form::Gent, Form::Yeoh];
     if ways > 1 {
         forms.push(Form::MooneyRivlin);
+        forms.extend((1..=MOST_TERMS).map(Form::Ogden));
     }
     let forms = options.forms.clone().unwrap_or(forms);
     let fitted = |form: Form| {
-        fit(
+        fits(
             tests,
             form,
             options.slack,
@@ -129,7 +132,17 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
     let (mut candidates, mut failed) = (Vec::new(), Vec::new());
     for form in forms {
         match fitted(form) {
-            Ok(fit) => candidates.push(judged(fit, range, biaxial)),
+            Ok(fits) => {
+                let minima = fits.into_iter().map(|fit| judged(fit, range, biaxial));
+                candidates.extend(least_and_standing(minima).into_iter().map(|candidate| {
+                    let (weights, measure) = (options.weights, options.measure);
+                    let fit = candidate.fit;
+                    Candidate {
+                        fit: with_interval(tests, fit, weights, measure, options.pooled),
+                        ..candidate
+                    }
+                }));
+            }
             Err(error) => failed.push((form, error)),
         }
     }
@@ -157,27 +170,11 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
         .filter_map(|c| c.fit.interval)
         .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     let pull_alone = ways == 1 && tested(Mode::Uniaxial, false);
-    let mut shares = Vec::new();
-    if index.is_some() && pull_alone {
-        for share in SHARES {
-            let Ok(fit) = fitted(Form::GentShare(share)) else {
-                continue;
-            };
-            shares.push([
-                share,
-                fit.shear_modulus,
-                fit.limit.unwrap_or(f64::INFINITY),
-                fit.rms(),
-                fit.nominal_stress(Mode::Uniaxial, 0.6),
-                fit.nominal_stress(Mode::Planar, 0.6),
-            ]);
-        }
-        let best = shares
-            .iter()
-            .map(|share| share[3])
-            .fold(f64::INFINITY, f64::min);
-        shares.retain(|share| share[3] <= good_enough(best));
-    }
+    let shares = if index.is_some() && pull_alone {
+        shares(|share| fitted(Form::GentShare(share)))
+    } else {
+        Vec::new()
+    };
     Ok(Choice {
         candidates,
         failed,
@@ -185,6 +182,62 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
         interval: index.and(interval),
         shares,
     })
+}
+
+/// The shares of the second invariant that fit as well, as [`Choice::shares`] has them.
+fn shares(fitted: impl Fn(f64) -> Result<Vec<Fit>, FitError>) -> Vec<[f64; 6]> {
+    let of = |share: f64| {
+        let fit = fitted(share).ok()?.into_iter().next()?;
+        Some([
+            share,
+            fit.shear_modulus,
+            fit.limit.unwrap_or(f64::INFINITY),
+            fit.rms(),
+            fit.nominal_stress(Mode::Uniaxial, 0.6),
+            fit.nominal_stress(Mode::Planar, 0.6),
+        ])
+    };
+    let mut shares: Vec<[f64; 6]> = SHARES.into_iter().filter_map(of).collect();
+    let best = shares
+        .iter()
+        .map(|share| share[3])
+        .fold(f64::INFINITY, f64::min);
+    shares.retain(|share| share[3] <= good_enough(best));
+    shares
+}
+
+/// The least minimum of a law and, where that is refused, the least of those that stand.
+fn least_and_standing(mut minima: impl Iterator<Item = Candidate>) -> Vec<Candidate> {
+    let mut found: Vec<Candidate> = minima.next().into_iter().collect();
+    if found.iter().any(|least| least.refused.is_some()) {
+        found.extend(minima.find(|other| other.refused.is_none()));
+    }
+    found
+}
+
+/// Exponents of Ogden's law closer than this are one term, and beyond this size they are none of
+/// rubber.
+const CLOSEST_EXPONENTS: f64 = 0.05;
+const LARGEST_EXPONENT: f64 = 30.0;
+
+/// What is wrong with the exponents of Ogden's law.
+fn exponents(fit: &Fit) -> Option<String> {
+    let large = fit.exponents.iter().find(|a| a.abs() > LARGEST_EXPONENT);
+    let mut sorted = fit.exponents.clone();
+    sorted.sort_by(f64::total_cmp);
+    let close = sorted
+        .windows(2)
+        .find(|pair| pair[1] - pair[0] < CLOSEST_EXPONENTS);
+    large
+        .map(|a| format!("an exponent of {a:.4}: beyond {LARGEST_EXPONENT} it is none of rubber"))
+        .or_else(|| {
+            close.map(|pair| {
+                format!(
+                    "the exponents {:.4} and {:.4} are one term",
+                    pair[0], pair[1]
+                )
+            })
+        })
 }
 
 fn judged(fit: Fit, range: [f64; 2], biaxial: bool) -> Candidate {
@@ -200,6 +253,8 @@ fn judged(fit: Fit, range: [f64; 2], biaxial: bool) -> Candidate {
         Some("its slack is at the bound of 0.1: no slack, check the gauge length".into())
     } else if negative {
         Some("c01 < 0".into())
+    } else if let Some(why) = exponents(&fit) {
+        Some(why)
     } else if let Some(loss) = first_loss(&law, range[0], range[1]) {
         Some(loss.to_string())
     } else if !biaxial && !SANE.contains(&ratio) {
@@ -210,10 +265,12 @@ fn judged(fit: Fit, range: [f64; 2], biaxial: bool) -> Candidate {
             SANE.end()
         ))
     } else {
-        let constants = fit.moduli.iter().copied().chain(fit.limit);
+        let outer = fit.limit.iter().chain(&fit.exponents);
+        let constants = fit.moduli.iter().chain(outer).copied();
         let errors = fit.standard_errors.iter().flatten();
-        // Yeoh's second and third factor may be anything about zero.
-        let count = if fit.form == Form::Yeoh {
+        // Yeoh's second and third factor may be anything about zero, and a limit that no test sees is
+        // no constant of the law.
+        let count = if fit.form == Form::Yeoh || matches!(law, Law::NeoHookean { .. }) {
             1
         } else {
             usize::MAX

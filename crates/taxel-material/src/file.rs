@@ -1,9 +1,10 @@
 //! Files of tests: text to points, with a note on everything that was guessed.
 
-use taxel_ground::quantity::{Dimension, FORCE, LENGTH};
+use taxel_ground::quantity::{Dimension, FORCE, LENGTH, TIME};
 use taxel_ground::{InputError, separator_of};
 
 use crate::law::Mode;
+use crate::relaxation::Held;
 
 /// One test as its file has it, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +26,46 @@ pub struct Test {
     /// Time in s (where there is one), strain and force per undeformed area in Pa; a strain
     /// from an extension needs its length, which is known here.
     pub rows: Vec<[f64; 3]>,
+    /// Where a stretch or a load was held, and not increased: times, and stresses or strains. Such a
+    /// test has no rows.
+    pub held: Option<Held>,
     /// True if the file has times.
     pub timed: bool,
     /// What was guessed, with what settles it, and the notes of the file.
     pub notes: Vec<String>,
+}
+
+impl Test {
+    /// A test of strains and nominal stresses (Pa) as they are, in the mode of this name.
+    ///
+    /// # Errors
+    /// A mode that is none of a loading test; strains and stresses of different numbers, or not finite.
+    pub fn of(strains: &[f64], stresses: &[f64], mode: &str) -> Result<Self, InputError> {
+        let mut reader = Reader::new("test", "");
+        let wrong = |message: String| InputError::whole("test", message);
+        reader.set_mode(mode).map_err(wrong)?;
+        let numbers = strains.iter().chain(stresses);
+        if strains.len() != stresses.len() || !numbers.clone().all(|number| number.is_finite()) {
+            let message = format!(
+                "{} strains and {} stresses: each strain needs a stress, and all are finite",
+                strains.len(),
+                stresses.len()
+            );
+            return Err(wrong(message));
+        }
+        if reader.test.held.is_some() {
+            let message = format!("\"{mode}\" is no mode of a loading test");
+            return Err(
+                wrong(message).help("write one of: uniaxial, compression, planar, equibiaxial")
+            );
+        }
+        let rows = strains
+            .iter()
+            .zip(stresses)
+            .map(|(e, p)| [f64::NAN, *e, *p]);
+        reader.test.rows = rows.collect();
+        Ok(reader.test)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,7 +113,7 @@ impl Meaning {
     /// SI value of a unit; `None` if it is none of this quantity.
     fn unit(self, unit: &str) -> Option<f64> {
         match (self, unit) {
-            (Time, _) => taxel_ground::quantity::TIME.unit(unit),
+            (Time, _) => TIME.unit(unit),
             (Length, _) => LENGTH.unit(unit),
             (Strain | Stretch | TrueStrain, "1" | "-" | "mm/mm") => Some(1.0),
             (Strain | TrueStrain, "%") => Some(0.01),
@@ -140,9 +177,16 @@ struct Reader<'t> {
     test: Test,
     width: Option<f64>,
     thickness: Option<f64>,
+    ramp: Option<f64>,
+    /// A stretch that is held is given.
+    stretched: bool,
     /// A mode that the file or the user names.
     named_mode: bool,
+    /// The user names it.
+    overridden: bool,
 }
+
+const MODES: &str = "uniaxial, compression, planar, equibiaxial, relaxation, creep";
 
 /// Reads the text of a test; `mode` overrides what the file says.
 ///
@@ -150,27 +194,44 @@ struct Reader<'t> {
 /// [`InputError`], at the line and with the remedy: a unit or the geometry of the specimen is
 /// missing, a strain could be a number or per cent, a value is no number.
 pub fn read(file: &str, text: &str, mode: Option<&str>) -> Result<Test, InputError> {
-    let mut reader = Reader {
-        file,
-        text: text.strip_prefix('\u{feff}').unwrap_or(text),
-        test: Test {
-            name: file.to_owned(),
-            mode: Mode::Uniaxial,
-            compression: false,
-            length: None,
-            area: None,
-            diameter: None,
-            preload: None,
-            rows: Vec::new(),
-            timed: false,
-            notes: Vec::new(),
-        },
-        width: None,
-        thickness: None,
-        named_mode: false,
-    };
-    reader.read(mode)?;
+    let mut reader = Reader::new(file, text);
+    reader.overridden = mode.is_some();
+    if let Some(mode) = mode {
+        reader.set_mode(mode).map_err(|message| {
+            let help = format!("--mode is one of: {MODES}");
+            InputError::whole(file, message).help(help)
+        })?;
+    }
+    reader.read()?;
     Ok(reader.test)
+}
+
+impl<'t> Reader<'t> {
+    fn new(file: &'t str, text: &'t str) -> Self {
+        Self {
+            file,
+            text: text.strip_prefix('\u{feff}').unwrap_or(text),
+            test: Test {
+                name: file.to_owned(),
+                mode: Mode::Uniaxial,
+                compression: false,
+                length: None,
+                area: None,
+                diameter: None,
+                preload: None,
+                rows: Vec::new(),
+                held: None,
+                timed: false,
+                notes: Vec::new(),
+            },
+            width: None,
+            thickness: None,
+            ramp: None,
+            stretched: false,
+            named_mode: false,
+            overridden: false,
+        }
+    }
 }
 
 impl Reader<'_> {
@@ -194,8 +255,13 @@ impl Reader<'_> {
 
     fn set_mode(&mut self, name: &str) -> Result<(), String> {
         self.test.compression = name == "compression";
+        self.test.held = matches!(name, "relaxation" | "creep").then(|| Held {
+            points: Vec::new(),
+            ramp: None,
+            creeps: name == "creep",
+        });
         self.test.mode = match name {
-            "uniaxial" | "compression" => Mode::Uniaxial,
+            "uniaxial" | "compression" | "relaxation" | "creep" => Mode::Uniaxial,
             "planar" => Mode::Planar,
             "equibiaxial" => Mode::Equibiaxial,
             _ => return Err(format!("\"{name}\" is no mode of a loading test")),
@@ -222,9 +288,15 @@ impl Reader<'_> {
             "width" => self.width = Some(quantity(&LENGTH)?),
             "thickness" => self.thickness = Some(quantity(&LENGTH)?),
             "diameter" => self.test.diameter = Some(quantity(&LENGTH)?),
+            "stretch" => {
+                self.stretched = true;
+                self.note(format!("{key}: {value}"));
+            }
+            "ramp" => self.ramp = Some(quantity(&TIME)?),
             "preload" => self.test.preload = Some(quantity(&FORCE)?),
+            "mode" if self.overridden => {}
             "mode" => self.set_mode(value).map_err(|message| {
-                let help = "write one of: uniaxial, compression, planar, equibiaxial";
+                let help = format!("write one of: {MODES}");
                 self.wrong(line, value, message).key(key).help(help)
             })?,
             _ => self.note(format!("{key}: {value}")),
@@ -260,7 +332,7 @@ impl Reader<'_> {
         ));
     }
 
-    fn columns(&self, line: usize, cells: &[&str]) -> Result<Option<Vec<Column>>, InputError> {
+    fn columns(&mut self, line: usize, cells: &[&str]) -> Result<Option<Vec<Column>>, InputError> {
         let mut found = Vec::new();
         for (at, cell) in cells.iter().enumerate() {
             let (name, unit) = titled(cell);
@@ -270,7 +342,28 @@ impl Reader<'_> {
             found.push((meaning, at, (*cell).to_owned(), unit));
         }
         let has = |what: fn(Meaning) -> bool| found.iter().any(|(meaning, ..)| what(*meaning));
-        if !(has(Meaning::is_strain) && has(Meaning::is_stress)) {
+        let timed = has(|meaning| meaning == Time);
+        let whole = match &self.test.held {
+            None => has(Meaning::is_strain) && has(Meaning::is_stress),
+            Some(held) if held.creeps => timed && has(Meaning::is_strain),
+            Some(_) => timed && has(Meaning::is_stress),
+        };
+        if !whole {
+            // A stretch, or the ramp to it, above times and stresses alone is one that is held.
+            let held = self.ramp.is_some() || self.stretched;
+            if self.test.held.is_none() && held && timed && has(Meaning::is_stress) {
+                self.test.held = Some(Held {
+                    points: Vec::new(),
+                    ramp: None,
+                    creeps: false,
+                });
+                self.note(
+                    "mode: relaxation, because there are times and stresses; settled by --mode"
+                        .into(),
+                );
+                self.named_mode = true;
+                return self.columns(line, cells);
+            }
             return Ok(None);
         }
         let columns = found.into_iter().map(|(meaning, at, title, unit)| {
@@ -299,7 +392,7 @@ impl Reader<'_> {
         columns.collect::<Result<_, _>>().map(Some)
     }
 
-    fn read(&mut self, mode: Option<&str>) -> Result<(), InputError> {
+    fn read(&mut self) -> Result<(), InputError> {
         // A file of a machine may have lines of another form above its table: the separator
         // is that of the most frequent kind.
         let text = self.text;
@@ -329,12 +422,6 @@ impl Reader<'_> {
             }
             self.geometry(&cells);
         };
-        if let Some(mode) = mode {
-            self.set_mode(mode).map_err(|message| {
-                let help = "--mode is one of: uniaxial, compression, planar, equibiaxial";
-                InputError::whole(self.file, message).help(help)
-            })?;
-        }
         if !self.named_mode {
             self.note("mode: uniaxial, because nothing says otherwise; settled by --mode".into());
         }
@@ -443,6 +530,29 @@ impl Reader<'_> {
         let value = |row: &[f64], at: usize| row[at] * columns[at].scale.unwrap_or(1.0);
         let (time, length, strain, stretch) = (of(Time), of(Length), of(Strain), of(Stretch));
         let (force, stress) = (of(Force), of(Stress));
+        if let Some(mut held) = self.test.held.take() {
+            // The length and the cross-section are only factors: a series is of shares.
+            let measured = if held.creeps {
+                strain.or(stretch).or(length)
+            } else {
+                stress.or(force).or(of(TrueStress))
+            };
+            let area = match (stress.or(of(TrueStress)), self.test.area) {
+                (None, Some(area)) => area,
+                _ => 1.0,
+            };
+            if let Some((time, measured)) = time.zip(measured) {
+                let less = f64::from(u8::from(held.creeps && Some(measured) == stretch));
+                held.points = table
+                    .iter()
+                    .map(|(_, row)| [value(row, time), (value(row, measured) - less) / area])
+                    .collect();
+            }
+            held.ramp = self.ramp;
+            self.test.held = Some(held);
+            self.test.timed = true;
+            return Ok(());
+        }
         let truly = of(TrueStrain).zip(of(TrueStress));
         let missing = |what: &str, keys: &str| {
             let message = format!("{what} of the specimen is missing");

@@ -21,7 +21,12 @@ pub enum Form {
     /// Gent with this share of the second invariant in the shear modulus: what a pull cannot
     /// tell from Gent, and compression can.
     GentShare(f64),
+    /// Ogden, of so many terms: one to [`MOST_TERMS`].
+    Ogden(usize),
 }
+
+/// Most terms of Ogden's law that are fitted.
+pub const MOST_TERMS: usize = 3;
 
 /// What a residual is measured by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,6 +100,8 @@ pub struct Fit {
     pub moduli: Vec<f64>,
     /// Gent's limit.
     pub limit: Option<f64>,
+    /// Ogden's exponents, as many as moduli; none of other laws.
+    pub exponents: Vec<f64>,
     /// Slack that was taken out, a strain.
     pub slack: f64,
     /// True if the slack is one of the fitted constants.
@@ -105,12 +112,14 @@ pub struct Fit {
     pub misfit: f64,
     /// Effective number of points.
     pub effective: f64,
+    /// Points of the files.
+    pub points: usize,
     /// Degrees of freedom.
     pub freedom: f64,
     /// Interval of 95 % of the shear modulus by its profile, Pa; none where the misfit is
-    /// systematic.
+    /// systematic, and before [`with_interval`].
     pub interval: Option<[f64; 2]>,
-    /// Standard error of each modulus (Pa), then of the limit.
+    /// Standard error of each modulus (Pa), then of the limit or of the exponents.
     pub standard_errors: Option<Vec<f64>>,
     /// Stretch at which the preload begins; one without a preload.
     pub preload_stretch: f64,
@@ -139,7 +148,32 @@ impl Form {
             Self::MooneyRivlin => "mooney_rivlin",
             Self::Yeoh => "yeoh",
             Self::Gent | Self::GentShare(_) => "gent",
+            Self::Ogden(_) => "ogden",
         }
+    }
+
+    /// All laws that a name of the command stands for.
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self::NeoHookean, Self::MooneyRivlin, Self::Gent, Self::Yeoh];
+        all.extend((1..=MOST_TERMS).map(Self::Ogden));
+        all
+    }
+
+    /// Name of the law, with the number of Ogden's terms: `ogden2`.
+    pub fn label(self) -> String {
+        match self {
+            Self::Ogden(terms) => format!("ogden{terms}"),
+            form => form.name().to_owned(),
+        }
+    }
+
+    /// The laws of a label, or of `all`; none for another text.
+    pub fn labelled(label: &str) -> Option<Vec<Self>> {
+        let mut all = Self::all();
+        if label != "all" {
+            all.retain(|form| form.label() == label);
+        }
+        (!all.is_empty()).then_some(all)
     }
 
     /// Number of constants.
@@ -148,6 +182,7 @@ impl Form {
             Self::NeoHookean => 1,
             Self::MooneyRivlin | Self::Gent | Self::GentShare(_) => 2,
             Self::Yeoh => 3,
+            Self::Ogden(terms) => 2 * terms,
         }
     }
 
@@ -155,8 +190,17 @@ impl Form {
         matches!(self, Self::Gent | Self::GentShare(_))
     }
 
+    /// Number of terms of Ogden's law; zero of the others.
+    fn terms(self) -> usize {
+        match self {
+            Self::Ogden(terms) => terms,
+            _ => 0,
+        }
+    }
+
     /// Stress of each modulus of one; infinite beyond the limit.
-    fn basis(self, mode: Mode, l: f64, limit: f64) -> [f64; 3] {
+    fn basis(self, mode: Mode, l: f64, outer: &Outer) -> [f64; 3] {
+        let limit = outer.limit;
         let (f, g, x) = mode.of_invariants(l);
         let gent = || {
             let room = 1.0 - x / limit;
@@ -168,15 +212,20 @@ impl Form {
             Self::Yeoh => [2.0 * f, 4.0 * f * x, 6.0 * f * x * x],
             Self::Gent => [gent(), 0.0, 0.0],
             Self::GentShare(share) => [(1.0 - share) * gent() + share * f * g, 0.0, 0.0],
+            Self::Ogden(_) => {
+                let third = mode.stretches(l)[2];
+                outer.exponents.map(|a| (l.powf(a) - third.powf(a)) / l)
+            }
         }
     }
 
     /// Shear modulus of each modulus of one.
-    fn shear(self) -> &'static [f64] {
+    fn shear(self, outer: &Outer) -> Vec<f64> {
         match self {
-            Self::NeoHookean | Self::Gent | Self::GentShare(_) => &[1.0],
-            Self::MooneyRivlin => &[2.0, 2.0],
-            Self::Yeoh => &[2.0, 0.0, 0.0],
+            Self::NeoHookean | Self::Gent | Self::GentShare(_) => vec![1.0],
+            Self::MooneyRivlin => vec![2.0, 2.0],
+            Self::Yeoh => vec![2.0, 0.0, 0.0],
+            Self::Ogden(terms) => outer.exponents[..terms].iter().map(|a| a / 2.0).collect(),
         }
     }
 }
@@ -192,7 +241,7 @@ struct Point {
 }
 
 /// Points of all tests, and where each test ends.
-pub(crate) struct Data {
+struct Data {
     points: Vec<Point>,
     ends: Vec<usize>,
 }
@@ -248,43 +297,86 @@ impl Data {
 
 /// The constants that the search is over.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Outer {
-    pub(crate) limit: f64,
-    pub(crate) slack: f64,
+struct Outer {
+    limit: f64,
+    // As many as MOST_TERMS; written out, because a named length stops the compiler.
+    exponents: [f64; 3],
+    slack: f64,
     /// Strain of the preload, which is added to all.
     shift: f64,
 }
 
-/// Moduli that fit best, with the weighted residuals.
-pub(crate) struct Inner {
-    moduli: Vec<f64>,
-    residuals: Vec<f64>,
-    pub(crate) misfit: f64,
+impl Outer {
+    /// As the file has it, without a limit.
+    fn given(slack: f64) -> Self {
+        Self {
+            limit: f64::INFINITY,
+            exponents: [0.0; MOST_TERMS],
+            slack,
+            shift: 0.0,
+        }
+    }
 }
 
-pub(crate) struct Problem<'d> {
-    pub(crate) form: Form,
+/// Moduli that fit best, with the weighted residuals.
+struct Inner {
+    moduli: Vec<f64>,
+    residuals: Vec<f64>,
+    misfit: f64,
+}
+
+struct Problem<'d> {
+    form: Form,
     data: &'d Data,
 }
 
-impl Problem<'_> {
-    fn stretch(point: &Point, outer: Outer) -> f64 {
-        let l = 1.0 + point.strain + outer.shift;
-        if point.compression {
-            l
-        } else {
-            (l / (1.0 + outer.slack)).max(1.0)
-        }
+/// Stretch of the material at a strain of the file.
+fn stretch(compression: bool, strain: f64, outer: Outer) -> f64 {
+    let l = 1.0 + strain + outer.shift;
+    if compression {
+        l
+    } else {
+        (l / (1.0 + outer.slack)).max(1.0)
     }
+}
 
+/// Points of a profile.
+const PROFILE: u32 = 40;
+
+/// The least relative rms at shear moduli (Pa) about that of a fit, to one and a half of its interval on both sides; none
+/// without an interval.
+pub fn profile(tests: &[Specimen], fit: &Fit, options: &crate::Options) -> Vec<[f64; 2]> {
+    let Some([low, high]) = fit.interval.filter(|ends| ends[1].is_finite()) else {
+        return Vec::new();
+    };
+    let data = Data::new(tests, options.weights, options.measure, options.pooled);
+    let problem = Problem {
+        form: fit.form,
+        data: &data,
+    };
+    let room = 0.25 * (high - low);
+    let (low, high) = ((low - room).max(0.0), high + room);
+    let at = |n: u32| low + (high - low) * f64::from(n) / f64::from(PROFILE);
+    (0..=PROFILE)
+        .map(at)
+        .map(|shear| {
+            let (_, misfit) = problem.searched(fit.outer(), fit.slack_fitted, Some(shear));
+            [shear, misfit.sqrt()]
+        })
+        .collect()
+}
+
+impl Problem<'_> {
     /// The weighted columns of the moduli, for the given outer constants.
     fn columns(&self, outer: Outer) -> Vec<Vec<f64>> {
-        let count = self.form.shear().len();
+        let count = self.form.shear(&outer).len();
         let mut columns = vec![Vec::with_capacity(self.data.points.len()); count];
         for point in &self.data.points {
-            let basis = self
-                .form
-                .basis(point.mode, Self::stretch(point, outer), outer.limit);
+            let basis = self.form.basis(
+                point.mode,
+                stretch(point.compression, point.strain, outer),
+                &outer,
+            );
             for (column, basis) in columns.iter_mut().zip(basis) {
                 column.push(basis * point.weight);
             }
@@ -294,7 +386,7 @@ impl Problem<'_> {
 
     /// The best moduli; with `shear`, those of this shear modulus. None where the tests do not
     /// tell the moduli apart, or a point is beyond the limit.
-    pub(crate) fn inner(&self, outer: Outer, shear: Option<f64>) -> Option<Inner> {
+    fn inner(&self, outer: Outer, shear: Option<f64>) -> Option<Inner> {
         let mut columns = self.columns(outer);
         let mut target: Vec<f64> = self
             .data
@@ -302,7 +394,7 @@ impl Problem<'_> {
             .iter()
             .map(|p| p.stress * p.weight)
             .collect();
-        let of_shear = self.form.shear();
+        let of_shear = self.form.shear(&outer);
         if let Some(shear) = shear {
             // The first modulus follows from the others and the shear modulus.
             let first = columns.remove(0);
@@ -354,12 +446,10 @@ impl Problem<'_> {
     }
 
     /// The best outer constants.
-    pub(crate) fn searched(
-        &self,
-        outer: Outer,
-        fit_slack: bool,
-        shear: Option<f64>,
-    ) -> (Outer, f64) {
+    fn searched(&self, outer: Outer, fit_slack: bool, shear: Option<f64>) -> (Outer, f64) {
+        if self.form.terms() > 0 {
+            return self.with_exponents(outer, fit_slack, shear);
+        }
         if !fit_slack {
             return self.with_limit(outer, shear);
         }
@@ -389,6 +479,13 @@ impl Problem<'_> {
                 ..outer
             });
         }
+        for term in 0..self.form.terms() {
+            derived(1e-5, &|step| {
+                let mut exponents = outer.exponents;
+                exponents[term] += step;
+                Outer { exponents, ..outer }
+            });
+        }
         if fit_slack {
             derived(1e-5, &|step| Outer {
                 slack: outer.slack + step,
@@ -397,6 +494,251 @@ impl Problem<'_> {
         }
         columns
     }
+}
+
+/// Exponents of the first look for Ogden's terms: dense where rubber has them.
+const EXPONENTS: [f64; 20] = [
+    -30.0, -20.0, -12.0, -8.0, -5.0, -3.0, -2.0, -1.0, -0.4, 0.3, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5,
+    8.0, 12.0, 17.0, 24.0,
+];
+/// Largest size of an exponent that is looked for.
+const LARGEST_EXPONENT: f64 = 40.0;
+/// Minima of the first look that are followed.
+const FOLLOWED: usize = 16;
+/// Two minima whose exponents differ by less than this are one.
+const SAME: f64 = 1e-3;
+
+impl Problem<'_> {
+    /// The minima of Ogden's law, the least first: the best of a grid of exponents, each followed to
+    /// its minimum.
+    fn minima(&self, slack: f64) -> Vec<Outer> {
+        let terms = self.form.terms();
+        let mut first: Vec<(f64, Outer)> = Vec::new();
+        let mut at = vec![0; terms];
+        // Each set of exponents once, in order.
+        for (place, index) in at.iter_mut().enumerate() {
+            *index = place;
+        }
+        loop {
+            let mut outer = Outer::given(slack);
+            for (exponent, index) in outer.exponents.iter_mut().zip(&at) {
+                *exponent = EXPONENTS[*index];
+            }
+            let misfit = self.misfit(outer, None);
+            if misfit.is_finite() {
+                first.push((misfit, outer));
+            }
+            let Some(place) =
+                (0..terms).rfind(|place| at[*place] + terms - place < EXPONENTS.len())
+            else {
+                break;
+            };
+            at[place] += 1;
+            for later in place + 1..terms {
+                at[later] = at[later - 1] + 1;
+            }
+        }
+        first.sort_by(|one, other| one.0.total_cmp(&other.0));
+        // Neighbours on the grid lead to the same minimum.
+        let mut starts: Vec<Outer> = Vec::new();
+        for (_, outer) in first {
+            let near = |other: &Outer| {
+                let both = outer.exponents.iter().zip(&other.exponents);
+                both.map(|(a, b)| (a - b).abs() / (1.0 + a.abs().max(b.abs())))
+                    .fold(0.0, f64::max)
+                    < 0.3
+            };
+            if starts.len() < FOLLOWED && !starts.iter().any(near) {
+                starts.push(outer);
+            }
+        }
+        let mut found: Vec<(f64, Outer)> = Vec::new();
+        for start in starts {
+            let (mut outer, misfit) = self.with_exponents(start, false, None);
+            outer.exponents[..terms].sort_by(f64::total_cmp);
+            let same = |(_, other): &(f64, Outer)| {
+                let both = outer.exponents.iter().zip(&other.exponents);
+                both.into_iter()
+                    .all(|(a, b)| (a - b).abs() < SAME * (1.0 + a.abs()))
+            };
+            if misfit.is_finite() && !found.iter().any(same) {
+                found.push((misfit, outer));
+            }
+        }
+        found.sort_by(|one, other| one.0.total_cmp(&other.0));
+        found.into_iter().map(|(_, outer)| outer).collect()
+    }
+
+    /// The minimum near `start` over exponents and slack: by a simplex, then by Gauss and Newton.
+    fn with_exponents(&self, start: Outer, fit_slack: bool, shear: Option<f64>) -> (Outer, f64) {
+        let terms = self.form.terms();
+        let count = terms + usize::from(fit_slack);
+        let of = |x: &[f64]| {
+            let mut outer = start;
+            outer.exponents[..terms].copy_from_slice(&x[..terms]);
+            if fit_slack {
+                outer.slack = x[terms];
+            }
+            outer
+        };
+        let value = |x: &[f64]| {
+            let within = x[..terms].iter().all(|a| a.abs() <= LARGEST_EXPONENT)
+                && (!fit_slack || (0.0..=MOST_SLACK).contains(&x[terms]));
+            if within {
+                self.misfit(of(x), shear)
+            } else {
+                f64::INFINITY
+            }
+        };
+        let mut x = start.exponents[..terms].to_vec();
+        let mut sizes: Vec<f64> = x.iter().map(|a| 0.1 * (1.0 + a.abs())).collect();
+        if fit_slack {
+            x.push(start.slack.min(0.9 * MOST_SLACK));
+            sizes.push(0.005);
+        }
+        let mut least = f64::INFINITY;
+        // A misfit of this size is rounding.
+        let squares = self
+            .data
+            .points
+            .iter()
+            .map(|p| (p.stress * p.weight).powi(2));
+        let floor = 1e-22 * squares.sum::<f64>();
+        // With a given shear modulus the simplex is all: ends of intervals need 1e-4.
+        let (rounds, tolerance) = if shear.is_some() {
+            (2, 1e-7)
+        } else {
+            (8, 1e-12)
+        };
+        // A simplex that has shrunk on a slope begins anew, until nothing is gained.
+        for _ in 0..rounds {
+            let (found, misfit) = simplex(&x, &sizes, (tolerance, floor), &value);
+            let gained = least - misfit > 1e-9 * misfit + floor;
+            (x, least) = (found, misfit);
+            if !gained {
+                break;
+            }
+            for size in &mut sizes {
+                *size *= 0.3;
+            }
+        }
+        if shear.is_none() {
+            for _ in 0..50 {
+                let Some(step) = self.newton(of(&x), fit_slack) else {
+                    break;
+                };
+                let mut size = 1.0;
+                let better = loop {
+                    let tried: Vec<f64> = x
+                        .iter()
+                        .zip(&step)
+                        .map(|(x, step)| x + size * step)
+                        .collect();
+                    let misfit = value(&tried);
+                    if misfit < least {
+                        break Some((tried, misfit));
+                    }
+                    size *= 0.5;
+                    if size < 1e-6 {
+                        break None;
+                    }
+                };
+                let Some((tried, misfit)) = better else {
+                    break;
+                };
+                let small = step[..count]
+                    .iter()
+                    .zip(&x)
+                    .all(|(step, x)| (size * step).abs() < 1e-10 * (1.0 + x.abs()));
+                (x, least) = (tried, misfit);
+                if small {
+                    break;
+                }
+            }
+        }
+        (of(&x), least)
+    }
+
+    /// Step of Gauss and Newton of the constants outside: exponents, slack.
+    fn newton(&self, outer: Outer, fit_slack: bool) -> Option<Vec<f64>> {
+        let inner = self.inner(outer, None)?;
+        let columns = self.jacobian(outer, &inner.moduli, fit_slack);
+        let (step, _) = solved(columns, inner.residuals)?;
+        Some(step[inner.moduli.len()..].to_vec())
+    }
+}
+
+/// The minimum of a function by the simplex of Nelder and Mead. It ends where its corners differ by
+/// less than a relative tolerance, or all lie below a floor.
+pub(crate) fn simplex(
+    start: &[f64],
+    sizes: &[f64],
+    (tolerance, floor): (f64, f64),
+    value: &dyn Fn(&[f64]) -> f64,
+) -> (Vec<f64>, f64) {
+    let count = start.len();
+    let mut corners: Vec<(Vec<f64>, f64)> = vec![(start.to_vec(), value(start))];
+    for (place, size) in sizes.iter().enumerate() {
+        let mut corner = start.to_vec();
+        corner[place] += size;
+        let at = value(&corner);
+        corners.push((corner, at));
+    }
+    let sort = |corners: &mut Vec<(Vec<f64>, f64)>| {
+        corners.sort_by(|one, other| one.1.total_cmp(&other.1));
+    };
+    sort(&mut corners);
+    // Each turn replaces the worst corner; 200 for each constant take any start to the rounding.
+    for _ in 0..200 * count {
+        let (best, worst) = (corners[0].1, corners[count].1);
+        if worst - best <= tolerance * best.abs() || worst <= floor {
+            break;
+        }
+        let middle: Vec<f64> = (0..count)
+            .map(|place| corners[..count].iter().map(|(x, _)| x[place]).sum::<f64>() / count as f64)
+            .collect();
+        let away = |factor: f64| {
+            let worst = &corners[count].0;
+            let x: Vec<f64> = middle
+                .iter()
+                .zip(worst)
+                .map(|(middle, worst)| middle + factor * (middle - worst))
+                .collect();
+            let at = value(&x);
+            (x, at)
+        };
+        let reflected = away(1.0);
+        let next = if reflected.1 < best {
+            let further = away(2.0);
+            Some(if further.1 < reflected.1 {
+                further
+            } else {
+                reflected
+            })
+        } else if reflected.1 < corners[count - 1].1 {
+            Some(reflected)
+        } else {
+            let nearer = if reflected.1 < worst {
+                away(0.5)
+            } else {
+                away(-0.5)
+            };
+            (nearer.1 < worst.min(reflected.1)).then_some(nearer)
+        };
+        if let Some(next) = next {
+            corners[count] = next;
+        } else {
+            let best = corners[0].0.clone();
+            for corner in &mut corners[1..] {
+                for (x, best) in corner.0.iter_mut().zip(&best) {
+                    *x = f64::midpoint(*x, *best);
+                }
+                corner.1 = value(&corner.0);
+            }
+        }
+        sort(&mut corners);
+    }
+    corners.swap_remove(0)
 }
 
 /// The least value of a function: on a grid between the ends, then by golden sections between
@@ -437,7 +779,10 @@ fn least(ends: [f64; 2], count: usize, value: impl Fn(f64) -> f64) -> (f64, f64)
 
 /// Least squares on columns by modified Gram-Schmidt: the coefficients and the residuals,
 /// target less columns. None where a column depends on those before it to 1e-9 of its length.
-fn solved(mut columns: Vec<Vec<f64>>, mut target: Vec<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn solved(
+    mut columns: Vec<Vec<f64>>,
+    mut target: Vec<f64>,
+) -> Option<(Vec<f64>, Vec<f64>)> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let count = columns.len();
     let mut r = vec![vec![0.0; count + 1]; count];
@@ -511,6 +856,14 @@ fn effective(residuals: &[f64], ends: &[usize]) -> f64 {
 }
 
 impl Fit {
+    /// Corrected criterion of Akaike with all points of the files. It takes the residuals for noise,
+    /// which those of rubber are not, and so the law of most constants; nothing is chosen by it.
+    pub fn aicc(&self) -> f64 {
+        let n = self.points as f64;
+        let k = (self.form.constants() + usize::from(self.slack_fitted) + 1) as f64;
+        n * self.misfit.ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0)
+    }
+
     /// Root of the mean square of the weighted residuals.
     pub fn rms(&self) -> f64 {
         self.misfit.sqrt()
@@ -532,39 +885,54 @@ impl Fit {
                 Some(limit) if limit <= NO_LIMIT => Law::Gent { shear: m[0], limit },
                 _ => Law::NeoHookean { shear: m[0] },
             },
+            Form::Ogden(_) => Law::Ogden {
+                terms: m
+                    .iter()
+                    .zip(&self.exponents)
+                    .map(|(m, a)| [*m, *a])
+                    .collect(),
+            },
         }
+    }
+
+    /// Stretch of the material at a strain of the file.
+    pub fn stretch(&self, compression: bool, strain: f64) -> f64 {
+        stretch(compression, strain, self.outer())
+    }
+
+    /// The constants outside of the linear ones.
+    fn outer(&self) -> Outer {
+        let mut outer = Outer::given(self.slack);
+        outer.limit = self.limit.unwrap_or(f64::INFINITY);
+        outer.exponents[..self.exponents.len()].copy_from_slice(&self.exponents);
+        outer.shift = self.preload_stretch - 1.0;
+        outer
     }
 
     /// Nominal stress, Pa.
     pub fn nominal_stress(&self, mode: Mode, l: f64) -> f64 {
-        let basis = self
-            .form
-            .basis(mode, l, self.limit.unwrap_or(f64::INFINITY));
+        let basis = self.form.basis(mode, l, &self.outer());
         self.moduli.iter().zip(basis).map(|(m, b)| m * b).sum()
     }
 }
 
-/// Fits one law.
+/// Fits one law: all its minima, the least first, without the intervals of [`with_interval`]. Only
+/// Ogden's law has several.
 ///
 /// # Errors
 /// [`FitError`]
-pub fn fit(
+pub fn fits(
     tests: &[Specimen],
     form: Form,
     slack: Slack,
     weights: Weights,
     measure: Measure,
     pooled: bool,
-) -> Result<Fit, FitError> {
+) -> Result<Vec<Fit>, FitError> {
     let first = tests.first().ok_or(FitError::NoTest)?;
     let data = Data::new(tests, weights, measure, pooled);
     let problem = Problem { form, data: &data };
     let pressed = tests.iter().any(|test| test.compression);
-    let given = |slack: f64, shift: f64| Outer {
-        limit: f64::INFINITY,
-        slack,
-        shift,
-    };
     if tests.iter().any(|test| test.preload != first.preload) {
         return Err(FitError::Preloads);
     }
@@ -572,7 +940,7 @@ pub fn fit(
         if !matches!(slack, Slack::WhereItMatters | Slack::Given(0.0)) {
             return Err(FitError::SlackAndPreload);
         }
-        return preloaded(&problem, first.mode, preload);
+        return preloaded(&problem, first.mode, preload).map(|fit| vec![fit]);
     }
     let kept = match slack {
         Slack::Given(slack) => Some(slack),
@@ -580,19 +948,69 @@ pub fn fit(
         _ if pressed => Some(0.0),
         _ => None,
     };
-    let without = |slack: f64| {
-        let (outer, _) = problem.searched(given(slack, 0.0), false, None);
-        finished(&problem, outer, false)
+    let at = kept.unwrap_or(0.0);
+    let starts = if form.terms() > 0 {
+        problem.minima(at)
+    } else {
+        vec![Outer::given(at)]
     };
-    if let Some(slack) = kept {
-        return without(slack);
+    if starts.is_empty() {
+        return Err(not_identified(form));
     }
-    let (outer, _) = problem.searched(given(0.0, 0.0), true, None);
-    let with = finished(&problem, outer, true)?;
+    let of_start = |start| from(&problem, start, (kept.is_none(), slack));
+    let mut fits = starts
+        .into_iter()
+        .map(of_start)
+        .collect::<Result<Vec<_>, _>>()?;
+    fits.sort_by(|one, other| one.misfit.total_cmp(&other.misfit));
+    Ok(fits)
+}
+
+/// A fit with the interval of its shear modulus; none where the misfit is systematic.
+#[must_use]
+pub fn with_interval(
+    tests: &[Specimen],
+    mut fit: Fit,
+    weights: Weights,
+    measure: Measure,
+    pooled: bool,
+) -> Fit {
+    let data = Data::new(tests, weights, measure, pooled);
+    let problem = Problem {
+        form: fit.form,
+        data: &data,
+    };
+    let constants = fit.form.constants() + usize::from(fit.slack_fitted);
+    if fit.effective < constants as f64 + 1.0 {
+        return fit;
+    }
+    let most = fit.misfit * (1.0 + student(fit.freedom).powi(2) / fit.freedom);
+    let outer = fit.outer();
+    let misfit = |shear: f64| problem.searched(outer, fit.slack_fitted, Some(shear)).1;
+    fit.interval = Some(interval::of_shear_modulus(misfit, fit.shear_modulus, most));
+    fit
+}
+
+/// The fit that a search from `start` ends at, with the slack fitted where it may be and kept where
+/// it matters or is asked for.
+fn from(
+    problem: &Problem<'_>,
+    start: Outer,
+    (may_slack, slack): (bool, Slack),
+) -> Result<Fit, FitError> {
+    let without = || {
+        let (outer, _) = problem.searched(start, false, None);
+        finished(problem, outer, false)
+    };
+    if !may_slack {
+        return without();
+    }
+    let (outer, _) = problem.searched(start, true, None);
+    let with = finished(problem, outer, true)?;
     if slack == Slack::Fitted {
         return Ok(with);
     }
-    let without = without(0.0)?;
+    let without = without()?;
     // F of 95 % for one and some degrees of freedom is the square of Student's t.
     let needed = student(with.freedom).powi(2) / with.freedom;
     let matters = with.slack >= LEAST_SLACK && without.misfit / with.misfit - 1.0 > needed;
@@ -618,7 +1036,7 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
     let shear: f64 = inner
         .moduli
         .iter()
-        .zip(form.shear())
+        .zip(form.shear(&outer))
         .map(|(m, part)| m * part)
         .sum();
     let effective = effective(&inner.residuals, &problem.data.ends);
@@ -628,23 +1046,19 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
         let of = |variance: &f64| (variance * inner.misfit / freedom).sqrt();
         variances.iter().map(of).take(form.constants()).collect()
     });
-    let known = effective >= constants as f64 + 1.0;
-    let interval = known.then(|| {
-        let most = inner.misfit * (1.0 + student(freedom).powi(2) / freedom);
-        let misfit = |shear: f64| problem.searched(outer, fit_slack, Some(shear)).1;
-        interval::of_shear_modulus(misfit, shear, most)
-    });
     Ok(Fit {
         form,
         moduli: inner.moduli,
         limit: form.has_limit().then_some(outer.limit),
+        exponents: outer.exponents[..form.terms()].to_vec(),
         slack: outer.slack,
         slack_fitted: fit_slack,
         shear_modulus: shear,
         misfit: inner.misfit,
         effective,
+        points: inner.residuals.len(),
         freedom,
-        interval,
+        interval: None,
         standard_errors: errors,
         preload_stretch: 1.0 + outer.shift,
     })
@@ -655,10 +1069,14 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
 fn preloaded(problem: &Problem<'_>, mode: Mode, preload: f64) -> Result<Fit, FitError> {
     let mut shift = 0.0;
     for _ in 0..MOST_TURNS {
+        let found = if problem.form.terms() > 0 {
+            problem.minima(0.0).into_iter().next()
+        } else {
+            Some(Outer::given(0.0))
+        };
         let start = Outer {
-            limit: f64::INFINITY,
-            slack: 0.0,
             shift,
+            ..found.ok_or_else(|| not_identified(problem.form))?
         };
         let (outer, _) = problem.searched(start, false, None);
         let fit = finished(problem, outer, false)?;

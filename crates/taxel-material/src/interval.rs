@@ -32,6 +32,10 @@ pub(crate) fn of_shear_modulus(misfit: impl Fn(f64) -> f64, shear: f64, most: f6
         }
         while (outside - inside).abs() > 1e-4 * (outside - shear).abs() {
             let middle = f64::midpoint(inside, outside);
+            // Of exact data the interval is as narrow as a number.
+            if middle == inside || middle == outside {
+                break;
+            }
             if misfit(middle) > most {
                 outside = middle;
             } else {

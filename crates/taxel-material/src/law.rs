@@ -125,6 +125,54 @@ impl Law {
         }
     }
 
+    /// The law in the words of law files and problem files.
+    pub fn toml(&self) -> String {
+        match self {
+            Self::NeoHookean { shear } => {
+                format!("{{ neo_hookean = {{ shear_modulus = \"{shear} Pa\" }} }}")
+            }
+            Self::MooneyRivlin { c10, c01 } => {
+                format!("{{ mooney_rivlin = {{ c10 = \"{c10} Pa\", c01 = \"{c01} Pa\" }} }}")
+            }
+            Self::Yeoh { factors: [a, b, c] } => {
+                format!("{{ yeoh = {{ c10 = \"{a} Pa\", c20 = \"{b} Pa\", c30 = \"{c} Pa\" }} }}")
+            }
+            Self::Gent { shear, limit } => {
+                format!("{{ gent = {{ shear_modulus = \"{shear} Pa\", limit = {limit:?} }} }}")
+            }
+            Self::Ogden { terms } => {
+                let term =
+                    |[m, a]: &[f64; 2]| format!("{{ modulus = \"{m} Pa\", exponent = {a:?} }}");
+                let terms: Vec<_> = terms.iter().map(term).collect();
+                format!("{{ ogden = [{}] }}", terms.join(", "))
+            }
+        }
+    }
+
+    /// The same law of another stiffness: its moduli times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::NeoHookean { shear } => Self::NeoHookean {
+                shear: shear * factor,
+            },
+            Self::MooneyRivlin { c10, c01 } => Self::MooneyRivlin {
+                c10: c10 * factor,
+                c01: c01 * factor,
+            },
+            Self::Yeoh { factors } => Self::Yeoh {
+                factors: factors.map(|one| one * factor),
+            },
+            Self::Gent { shear, limit } => Self::Gent {
+                shear: shear * factor,
+                limit: *limit,
+            },
+            Self::Ogden { terms } => Self::Ogden {
+                terms: terms.iter().map(|[m, a]| [m * factor, *a]).collect(),
+            },
+        }
+    }
+
     /// Modulus of elasticity at small strain, Pa.
     pub fn youngs_modulus(&self) -> f64 {
         3.0 * self.shear_modulus()

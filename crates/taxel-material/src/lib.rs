@@ -1,5 +1,6 @@
 //! From a test of rubber, or its hardness, to a law that says how well it is known and what
-//! its test cannot know. Files of tests to laws; it knows no sensor and opens no file.
+//! its test cannot know. Files of tests to laws, and laws by name or file in the descriptions of
+//! sensors and problems; it knows no sensor and opens no file.
 //!
 //! The order of work: [`read`] a file, take out what is no loading of the material
 //! ([`prepare`]), [`fit`] laws, [`choose`] among them.
@@ -23,6 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod answer;
 mod choose;
 mod file;
 mod fit;
@@ -30,15 +32,25 @@ mod hardness;
 mod interval;
 mod law;
 mod library;
+mod material;
+mod named;
+mod relaxation;
 mod stability;
 mod steps;
 
 pub use choose::{Candidate, Choice, Options, choose};
 pub use file::{Test, read};
-pub use fit::{Fit, FitError, Form, Measure, Slack, Weights, fit};
+pub use fit::{
+    Fit, FitError, Form, MOST_TERMS, Measure, Slack, Weights, fits, profile, with_interval,
+};
 pub use hardness::{Hardness, HardnessError, Scale};
 pub use interval::{SpecimenInterval, specimens};
 pub use law::{Law, LawError, Mode};
-pub use library::{Entry, all, named, near};
+pub use library::{all, named, near};
+pub use material::{Material, Part, Relaxation, Tested};
+pub use named::{Used, parse_problem, parse_sensor, schema, unread_files, used, with_file};
+pub use relaxation::{
+    Held, RelaxationError, RelaxationFit, constant_rate, creep, relaxation_of_creep, relaxed,
+};
 pub use stability::{Loss, SANE, equibiaxial_ratio, first_loss};
-pub use steps::{Cycle, Specimen, Steps, prepare};
+pub use steps::{Cycle, FEWEST, Specimen, Steps, prepare};

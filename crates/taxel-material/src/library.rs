@@ -1,25 +1,7 @@
 //! Laws by the name of a product, each with its source.
 
-use crate::law::{Law, Mode};
-
-/// A law of the library.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
-    /// Name.
-    pub name: &'static str,
-    /// The law.
-    pub law: Law,
-    /// 95 % of the shear modulus, Pa, as [`Entry::source`] says; none where the source has none.
-    pub interval: Option<[f64; 2]>,
-    /// Stretches that were tested; none where the source does not say.
-    pub stretch: Option<[f64; 2]>,
-    /// Mode that was tested.
-    pub mode: Mode,
-    /// Source, with its year.
-    pub source: &'static str,
-    /// What a user must know; may be empty.
-    pub note: &'static str,
-}
+use crate::law::Law;
+use crate::material::{Material, Tested};
 
 const OF_ONE_LAW: &str =
     "the interval is of this law alone: the choice among laws that fit as well is not in it";
@@ -184,32 +166,36 @@ const ECOFLEX: &str = "this fit 17.1 kPa; presets of Sorotoki 34 and 15.2 kPa; c
      (Dawood) E/3 = 32.4 kPa: ecoflex-00-30 is not a material but a product; test your own pour";
 
 /// The whole library.
-pub fn all() -> impl Iterator<Item = Entry> {
+pub fn all() -> impl Iterator<Item = Material> {
     // A test reads every law of the library.
-    let read = |row: &Row| Law::parse(row.1).ok().map(|law| entry(row, law));
+    let read = |row: &Row| Law::parse(row.1).ok().map(|law| material(row, law));
     ENTRIES.iter().filter_map(read)
 }
 
-fn entry(&(name, _, interval, stretch, source): &Row, law: Law) -> Entry {
-    Entry {
-        name,
+fn material(&(name, _, interval, stretch, source): &Row, law: Law) -> Material {
+    Material {
+        name: name.to_owned(),
         law,
         interval: interval[0]
             .is_finite()
             .then(|| interval.map(|kpa| kpa * 1e3)),
+        basis: String::new(),
         stretch: stretch[0].is_finite().then_some(stretch),
-        mode: Mode::Uniaxial,
-        source,
+        modes: vec![Tested::Uniaxial],
+        source: source.to_owned(),
         note: match name {
             "ecoflex-00-30" => ECOFLEX,
             _ if source == MARECHAL && !OF_ALL_LAWS.contains(&name) => OF_ONE_LAW,
             _ => "",
-        },
+        }
+        .to_owned(),
+        relaxation: Vec::new(),
+        tests: Vec::new(),
     }
 }
 
-/// The law of a name; case, spaces and underscores do not matter.
-pub fn named(name: &str) -> Option<Entry> {
+/// The material of a name; case, spaces and underscores do not matter.
+pub fn named(name: &str) -> Option<Material> {
     let plain = plain(name);
     all().find(|entry| entry.name == plain)
 }

@@ -2,9 +2,11 @@
 //! the number of points that it takes away.
 
 use taxel_ground::InputError;
+use taxel_ground::quantity::STRESS;
 
 use crate::file::Test;
 use crate::law::Mode;
+use crate::material::Tested;
 
 /// Which loading of a cyclic test counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -46,12 +48,25 @@ pub struct Specimen {
     pub bonded: f64,
 }
 
+impl Specimen {
+    /// The loading, as law files have it.
+    pub fn tested(&self) -> Tested {
+        match self.mode {
+            Mode::Uniaxial if self.compression => Tested::Compression,
+            Mode::Uniaxial => Tested::Uniaxial,
+            Mode::Equibiaxial => Tested::Equibiaxial,
+            Mode::Planar => Tested::Planar,
+        }
+    }
+}
+
 /// Part of the range of strain that a turning point must come back.
 const HYSTERESIS: f64 = 0.05;
 /// Fall of the force after which a specimen counts as broken.
 const BREAK: f64 = 0.2;
-/// Fewest points, and least range of strain, that a law is fitted to.
-const FEWEST: usize = 8;
+/// Fewest points that a law is fitted to.
+pub const FEWEST: usize = 8;
+/// Least range of strain.
 const NARROWEST: f64 = 0.05;
 
 /// The points of each test, and one line for each step that changed something.
@@ -165,6 +180,7 @@ fn one_loading(
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let wrong = |message: String, help: &str| InputError::whole(&test.name, message).help(help);
     let mut points: Vec<[f64; 2]> = rows.iter().map(|[_, e, p]| [*e, *p]).collect();
+    possible(test, &points)?;
     if test.compression {
         let turned = points.iter().filter(|[e, _]| *e > 0.0).count();
         for point in &mut points {
@@ -190,7 +206,7 @@ fn one_loading(
     if loadings.len() > 1 {
         let last = loadings.len();
         say(format!(
-            "{last} loadings; the moduli of all are printed by --cycle 1 to {last}"
+            "{last} loadings; settled by --cycle first, last or a number"
         ));
     }
     let number = match steps.cycle {
@@ -231,6 +247,38 @@ fn one_loading(
         say(format!("foot: {} left out at the start", counted(foot)));
     }
     Ok(points)
+}
+
+/// Refuses what no specimen can have.
+fn possible(test: &Test, points: &[[f64; 2]]) -> Result<(), InputError> {
+    let wrong =
+        |message: String, help: &str| Err(InputError::whole(&test.name, message).help(help));
+    if points.is_empty() {
+        return wrong(
+            "the table has no rows".into(),
+            "give the file as the machine wrote it",
+        );
+    }
+    let [_, largest] = STRESS.sizes;
+    for [e, p] in points {
+        let l = if test.compression {
+            1.0 - e.abs()
+        } else {
+            1.0 + e
+        };
+        if l <= 0.0 {
+            let message = format!("a strain of {e} is a stretch of {l}, which must be above 0");
+            return wrong(
+                message,
+                "write `strain [%]` for per cent; a stretch counts from 1",
+            );
+        }
+        if p.abs() > largest {
+            let message = format!("a stress of {p:e} Pa is none of rubber");
+            return wrong(message, "look at the unit, and at the cross-section");
+        }
+    }
+    Ok(())
 }
 
 /// Refuses what is too little for a law.

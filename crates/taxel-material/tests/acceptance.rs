@@ -5,8 +5,8 @@
 use std::fmt::Write as _;
 
 use taxel_material::{
-    Choice, Cycle, Fit, Form, Law, Measure, Mode, Options, Slack, Steps, Weights, choose, fit,
-    prepare, read,
+    Choice, Cycle, Fit, Form, Law, Measure, Mode, Options, Slack, Steps, Weights, choose, fits,
+    prepare, read, with_interval,
 };
 use taxel_numerics::Noise;
 
@@ -41,7 +41,7 @@ fn machine(head: &str, points: impl Iterator<Item = (f64, f64)>) -> String {
 fn fitted(text: &str, form: Form, steps: &Steps, slack: Slack) -> (Fit, Vec<String>) {
     let test = read("pull.csv", text, None).unwrap();
     let (tests, notes) = prepare(&[test], steps).unwrap();
-    let fit = fit(
+    let fit = fits(
         &tests,
         form,
         slack,
@@ -49,7 +49,9 @@ fn fitted(text: &str, form: Form, steps: &Steps, slack: Slack) -> (Fit, Vec<Stri
         Measure::Stretch,
         false,
     )
-    .unwrap();
+    .unwrap()
+    .remove(0);
+    let fit = with_interval(&tests, fit, Weights::Relative, Measure::Stretch, false);
     (fit, notes)
 }
 
@@ -264,6 +266,12 @@ fn too_little_and_a_falling_stress_are_refused() {
             .help
             .contains("--mode compression")
     );
+    let none = refused("strain [1],stress [kPa]\n");
+    assert!(none.message.contains("no rows"), "{none}");
+    let beyond = refused("strain [1],stress [kPa]\n0.1,1\n-1.5,2\n");
+    assert!(beyond.message.contains("stretch of -0.5"), "{beyond}");
+    let huge = refused("strain [1],stress [kPa]\n0.1,1e300\n");
+    assert!(huge.help.contains("unit"), "{huge}");
     // It falls by less than the fifth of a break.
     assert!(
         refused(&table(&|e| 10.0 + (e - 0.1).min(0.0) - 1.5 * e))

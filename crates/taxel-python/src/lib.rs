@@ -15,6 +15,7 @@ mod fault;
 mod fem;
 mod frames;
 mod loads;
+mod material;
 mod pool;
 mod sensor;
 mod study;
@@ -36,6 +37,10 @@ mod _taxel {
     use super::fem::VoidStudy;
     #[pymodule_export]
     use super::frames::{Estimator, Twin, read_recording};
+    #[pymodule_export]
+    use super::material::{
+        material_fit, material_hardness, material_list, material_load, material_relaxation,
+    };
     #[pymodule_export]
     use super::pool::threads;
     #[pymodule_export]

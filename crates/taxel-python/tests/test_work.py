@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 import taxel
 from conftest import ROOT, command
-from taxel import fem
+from taxel import fem, material
 
 CELL = fem.VoidCell(width=400, height=20, cover=140, base=340, pitch=600)
 SOLID = fem.MooneyRivlin(c10=75.5, c01=5.7)
@@ -160,6 +160,26 @@ def test_meshes_and_bodies_that_cannot_be_are_refused(make: object, error: type,
     assert said in str(caught.value), caught.value
 
 
+STRETCH = np.linspace(1.05, 2.0, 20)
+TIME = np.geomspace(0.01, 20.0, 60)
+PULLED = material.fit(STRETCH - 1, 100e3 * (STRETCH - STRETCH**-2))
+
+
+def test_materials_are_those_of_the_command(tmp_path: Path) -> None:
+    assert len(material.list()) == 20
+    assert PULLED.shear_modulus == pytest.approx(100e3, rel=1e-9)  # linear least squares of exact data
+    PULLED.write(tmp_path / "law.toml")
+    again = material.load(tmp_path / "law.toml")
+    assert (again.shear_modulus, again.modes) == (PULLED.shear_modulus, ("uniaxial",))
+    held = material.relaxation(TIME, 2.0 + np.exp(-TIME), 0.0)
+    # The search ends at the root of the rounding.
+    assert held.terms[0] == pytest.approx((1 / 3, 1.0), rel=1e-5)
+    with pytest.raises(taxel.InputError, match="near names: rtv615"):
+        material.load("rtv 61")
+    with pytest.raises(ValueError, match="ogden3"):
+        material.fit([0.1], [1.0], law="hooke")
+
+
 def test_every_public_class_pickles_or_says_why_not() -> None:
     sensor = taxel.Sensor("in-plane-50um")
     twin = sensor.twin(seed=1)
@@ -181,6 +201,7 @@ def test_every_public_class_pickles_or_says_why_not() -> None:
         fem.Laplace(mesh, {"solid": 1.0}).capacitance(["top"], zero=["bottom"]),
         fem.Laplace(mesh, {"solid": 1.0}).resistance("top", "bottom"), fem.VoidStudy(CELL, SOLID), _posed(mesh),
         fem.Closure(*range(6)), taxel.TrainedMap("eflesh-lattice"),
+        material.load("rtv615"), material.hardness("30 A"), PULLED, material.relaxation(TIME, 2.0 + np.exp(-TIME), 0.0),
     ]  # fmt: skip
     tried = {type(value) for value in values}
     for value in values:
@@ -191,7 +212,7 @@ def test_every_public_class_pickles_or_says_why_not() -> None:
             assert again == value, value
     # Elsewhere: a result of a study, a recording, a block of the live service.
     elsewhere = {taxel.Result, taxel.Recording, taxel.Block}
-    classes = {getattr(module, name) for module in (taxel, fem) for name in module.__all__}
+    classes = {getattr(module, name) for module in (taxel, fem, material) for name in module.__all__}
     classes = {one for one in classes if isinstance(one, type)}
     assert classes - tried - elsewhere == {taxel.Live}
     with pytest.raises(TypeError, match="connection"):
@@ -244,7 +265,7 @@ def test_ctrl_c_ends_long_work_within_a_second(work: str) -> None:
     }[work]
     program = f"""
 import signal, taxel, time, sys
-from taxel import fem
+from taxel import fem, material
 # A shell that starts its jobs in the background leaves it ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sensor = taxel.Sensor("in-plane-50um")

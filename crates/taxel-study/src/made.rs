@@ -1,13 +1,17 @@
 //! Answers of devices that are not made as drawn, beside those of the drawing.
 //!
+//! Lengths and gains are normal, moduli of materials log-normal with their interval as 95 %.
 //! The same random numbers as in [`crate::tolerance`]: normal, cut at three standard deviations as
 //! the twin cuts them, from a seed.
 
 use std::sync::Arc;
 
-use taxel::device::Device;
+use taxel::InputError;
 use taxel::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor, SolvedBody};
+use taxel::sensor::Sensor;
+use taxel::solutions::TablesOnly;
 use taxel::table::{Cell, Column};
+use taxel_material::Material;
 
 use crate::plans::{draw, seeded};
 use crate::spread::{normal_below, normal_quantile};
@@ -31,28 +35,77 @@ pub struct MadeDevices {
 }
 
 impl MadeDevices {
-    /// `count` devices of the drawing of `device`, whose answers `drawn` gives; none for a device
-    /// whose sensor file states no deviation.
+    /// `count` devices of the drawing of `sensor`, whose answers `drawn` gives; none for a device whose
+    /// sensor file states no deviation and names no material with an interval. `text` is the sensor file
+    /// with its name, where its materials are not known better from a calibration.
+    ///
+    /// # Errors
+    /// A made device that is no sensor, or needs a solution of its own.
     pub fn new(
-        device: &dyn Device,
+        sensor: &Sensor,
+        text: Option<(&str, &str)>,
         drawn: Box<dyn Predictor>,
         count: usize,
         seed: u64,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, String> {
         let mut random = seeded(seed);
         let [low, high] = [-CUT, CUT].map(normal_below);
         let mut normal = || normal_quantile(low + draw(&mut random) * (high - low));
-        let devices: Option<Vec<_>> = (0..count).map(|_| device.made(&mut normal)).collect();
+        let said = |error: &dyn std::fmt::Display| format!("a made device: {error}");
+        let scattered = match text {
+            Some((name, text)) => scattered(name, text).map_err(|error| said(&error))?,
+            None => Vec::new(),
+        };
+        let mut devices = Vec::with_capacity(count);
+        for _ in 0..count {
+            let piece = match text.filter(|_| !scattered.is_empty()) {
+                None => None,
+                Some((name, text)) => {
+                    let factors: Vec<f64> = scattered
+                        .iter()
+                        .map(|(_, [median, width])| (median + width * normal()).exp())
+                        .collect();
+                    let factor = |material: &Material| {
+                        let mut all = scattered.iter().zip(&factors);
+                        all.find(|((known, _), _)| known == material)
+                            .map_or(1.0, |(_, factor)| *factor)
+                    };
+                    let made = Sensor::made_of(name, text, &factor, &mut TablesOnly);
+                    Some(made.map_err(|error| said(&error.message))?)
+                }
+            };
+            let device = piece.as_ref().unwrap_or(sensor).device();
+            let device = device.map_err(|error| said(&error))?;
+            let of_law = || piece.is_some().then(|| device.predictor()).flatten();
+            match device.made(&mut normal).or_else(of_law) {
+                Some(predictor) => devices.push(predictor),
+                None => return Ok(None),
+            }
+        }
         // Words, counts and states have no unit and no decimals.
         let is_number = |column: &Column| column.decimals > 0;
         let columns = drawn.columns();
         let numbers = (0..columns.len()).filter(|place| is_number(&columns[*place]));
-        Some(Self {
+        Ok(Some(Self {
             numbers: numbers.collect(),
             drawn,
-            devices: devices?,
-        })
+            devices,
+        }))
     }
+}
+
+/// The materials with an interval that a sensor file names, each once, with their
+/// [`Material::scatter`].
+fn scattered(name: &str, text: &str) -> Result<Vec<(Material, [f64; 2])>, InputError> {
+    let mut found: Vec<(Material, [f64; 2])> = Vec::new();
+    for used in taxel_material::used(name, text)? {
+        if let Some(scatter) = used.material.scatter()
+            && !found.iter().any(|(known, _)| *known == used.material)
+        {
+            found.push((used.material, scatter));
+        }
+    }
+    Ok(found)
 }
 
 impl Predictor for MadeDevices {

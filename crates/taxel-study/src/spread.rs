@@ -15,7 +15,7 @@ pub struct Spread {
 }
 
 /// Shape of a distribution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Even within plus or minus the size.
     Uniform,
@@ -24,7 +24,10 @@ pub enum Shape {
     /// A triangle within plus or minus the size.
     Triangular,
     /// Its logarithm is normal with the size as standard deviation.
-    Lognormal,
+    Lognormal {
+        /// Logarithm of the median over the drawn value.
+        median: f64,
+    },
 }
 
 /// Limits of one answer, SI.
@@ -93,13 +96,13 @@ impl Spread {
             SpreadFile::Uniform(bound) => (Shape::Uniform, bound),
             SpreadFile::Normal(bound) => (Shape::Normal, bound),
             SpreadFile::Triangular(bound) => (Shape::Triangular, bound),
-            SpreadFile::Lognormal(bound) => (Shape::Lognormal, bound),
+            SpreadFile::Lognormal(bound) => (Shape::Lognormal { median: 0.0 }, bound),
         };
         let (size, relative) = size(bound, exponents, true)?;
         if size <= 0.0 {
             return Err(format!("a spread of {size} is not above zero"));
         }
-        if shape == Shape::Lognormal && !relative {
+        if matches!(shape, Shape::Lognormal { .. }) && !relative {
             return Err(String::from("a lognormal spread is a percentage"));
         }
         Ok(Self {
@@ -126,7 +129,9 @@ impl Spread {
             Shape::Normal => drawn + scale * normal_quantile(u),
             Shape::Triangular if u < 0.5 => drawn + scale * ((2.0 * u).sqrt() - 1.0),
             Shape::Triangular => drawn + scale * (1.0 - (2.0 * (1.0 - u)).sqrt()),
-            Shape::Lognormal => drawn * (factor * self.size * normal_quantile(u)).exp(),
+            Shape::Lognormal { median } => {
+                drawn * (median + factor * self.size * normal_quantile(u)).exp()
+            }
         }
     }
 
@@ -138,8 +143,10 @@ impl Spread {
             Shape::Normal => normal_below(x),
             Shape::Triangular if x < 0.0 => 0.5 * (1.0 + x).max(0.0).powi(2),
             Shape::Triangular => 1.0 - 0.5 * (1.0 - x).max(0.0).powi(2),
-            Shape::Lognormal if value <= 0.0 => 0.0,
-            Shape::Lognormal => normal_below((value / drawn).ln() / self.size),
+            Shape::Lognormal { .. } if value <= 0.0 => 0.0,
+            Shape::Lognormal { median } => {
+                normal_below(((value / drawn).ln() - median) / self.size)
+            }
         }
     }
 }
@@ -234,7 +241,7 @@ mod tests {
             Shape::Uniform,
             Shape::Normal,
             Shape::Triangular,
-            Shape::Lognormal,
+            Shape::Lognormal { median: 0.02 },
         ] {
             let spread = Spread {
                 shape,

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
 use taxel::mechanics::Mechanics;
+use taxel::quantity::STRESS;
 use taxel::sensor::Sensor;
 use taxel::solutions::Solutions;
 use taxel::{InputError, toml_input};
@@ -17,7 +18,7 @@ use crate::file::{
     AfterFile, Bound, EachFile, PlaceFile, ScaleFile, StudyFile, SweepFile, ToleranceFile,
 };
 use crate::keys::{Form, KeyPath, nearest, paths};
-use crate::spread::{Limit, Spread};
+use crate::spread::{Limit, Shape, Spread};
 
 /// Makes a place of solutions for each design that needs one.
 pub type SolutionsMaker = Box<dyn Fn() -> Box<dyn Solutions> + Send + Sync>;
@@ -849,6 +850,13 @@ impl Reader<'_> {
         let key = written.key.as_ref().map(path).transpose()?;
         let drawn = key.as_ref().and_then(|key| key.number(base));
         let form = |key: &Option<KeyPath>| key.as_ref().and_then(|key| key.form(base));
+        if let (None, None, None) = (&written.range, &written.values, &written.spread)
+            && let Some(variable) = key
+                .as_ref()
+                .and_then(|key| self.of_material(name, key, base))
+        {
+            return Ok(variable);
+        }
         let values = match (&written.range, &written.values) {
             (Some(_), Some(_)) => {
                 return at(
@@ -920,6 +928,32 @@ impl Reader<'_> {
             points,
             drawn,
             spread,
+            process: name.to_owned(),
+        })
+    }
+
+    /// The modulus of the material that a key names, with the spread that its interval leaves.
+    fn of_material(&self, name: &str, key: &KeyPath, base: &DocumentMut) -> Option<Variable> {
+        let used = taxel_material::used(&self.written.sensor, &base.to_string()).ok()?;
+        let used = used.into_iter().find(|used| used.key == key.dotted())?;
+        let [median, width] = used.material.scatter()?;
+        let law = &used.material.law;
+        let modulus = if used.key.ends_with("shear_modulus") {
+            law.shear_modulus()
+        } else {
+            law.youngs_modulus()
+        };
+        Some(Variable {
+            name: name.to_owned(),
+            key: Some(key.clone()),
+            values: Values::Drawn(Form::Quantity(&STRESS, STRESS.si)),
+            points: 0,
+            drawn: Some(modulus),
+            spread: Some(Spread {
+                shape: Shape::Lognormal { median },
+                size: width,
+                relative: true,
+            }),
             process: name.to_owned(),
         })
     }

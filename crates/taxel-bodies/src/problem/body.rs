@@ -365,7 +365,8 @@ impl Body {
         targets: &[f64],
         mut seen: impl FnMut(f64) -> bool,
     ) -> Result<Ended, Failure> {
-        if self.solver.targets() == targets {
+        let duration = self.file.durations.get(self.done).copied().unwrap_or(0.0);
+        if self.solver.targets() == targets && duration == 0.0 {
             let part = self.solver.settle()?;
             self.effort.add(&part);
             return Ok(Ended::Done);
@@ -382,7 +383,7 @@ impl Body {
                 Continue::Stop
             }
         };
-        self.solver.load_to(targets, &mut hear)?;
+        self.solver.load_over(duration, targets, &mut hear)?;
         Ok(ended)
     }
 

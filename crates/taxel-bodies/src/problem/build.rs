@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use taxel_fem::assembly::folds::{FOLDING, folds};
 use taxel_fem::assembly::surfaces::tie;
+use taxel_fem::material::viscoelastic::{PronyTerm, Relaxation};
 use taxel_fem::material::{self, Material, Volumetric};
 use taxel_fem::mesh::gmsh::{self, Drawing};
 use taxel_fem::mesh::neighbours;
@@ -139,6 +140,7 @@ pub(super) fn build(file: &ProblemFile, mut drawing: Drawing) -> Result<Built, W
     };
     distinct(file)?;
     parts_of_steps(file)?;
+    durations(file)?;
     eye(file)?;
     builder.parameters()?;
     builder.materials()?;
@@ -461,6 +463,7 @@ impl Builder<'_> {
 
     fn materials(&mut self) -> Result<(), Wrong> {
         let mut of_region: Vec<Option<Material>> = vec![None; self.mesh().regions.len()];
+        self.problem.relaxations = vec![None; of_region.len()];
         for (number, material) in self.file.material.iter().enumerate() {
             let key = format!("material.{number}");
             let solid = solid_of(material, &key)?;
@@ -471,6 +474,7 @@ impl Builder<'_> {
             for (at, name) in material.regions.iter().enumerate() {
                 let key = format!("{key}.regions.{at}");
                 let region = self.region(name, &key)?;
+                self.problem.relaxations[region] = relaxation(material, &key)?;
                 if of_region[region].replace(solid).is_some() {
                     let message = format!("region \"{name}\" has a material already");
                     return Err(wrong(key, message, "give each region one material"));
@@ -1642,6 +1646,44 @@ fn middle(mesh: &Mesh, facet: Facet) -> [f64; 3] {
     mesh.facet_nodes(facet).fold([0.0; 3], |sum, node| {
         std::array::from_fn(|d| sum[d] + mesh.points[node as usize][d] / count)
     })
+}
+
+/// What of the stress of a material relaxes.
+fn relaxation(material: &RegionMaterial, key: &str) -> Result<Option<Relaxation>, Wrong> {
+    if material.relaxation.is_empty() {
+        return Ok(None);
+    }
+    let terms = material.relaxation.iter().map(|term| PronyTerm {
+        fraction: term.fraction,
+        time: term.time,
+    });
+    let terms: Vec<PronyTerm> = terms.collect();
+    Relaxation::new(&terms).map(Some).map_err(|error| {
+        let help = "give fractions of the sudden stress that leave some of it";
+        wrong(format!("{key}.relaxation"), error.to_string(), help)
+    })
+}
+
+/// Solids that relax need the time of each step, and of the others nobody asks it.
+fn durations(file: &ProblemFile) -> Result<(), Wrong> {
+    let relaxes = file.material.iter().any(|one| !one.relaxation.is_empty());
+    let steps = file.parameter.first().map_or(0, |one| one.values.len());
+    let found = file.durations.len();
+    if relaxes && found != steps {
+        let message = format!("{found} times for {steps} steps of a solid that relaxes");
+        let help =
+            "give each step its time: durations = [\"0.1 s\", …], \"0 s\" where it is sudden";
+        return Err(wrong("durations", message, help));
+    }
+    if !relaxes && found > 0 {
+        let help = "take durations out, or give a material its relaxation";
+        return Err(wrong(
+            "durations",
+            "no solid relaxes: time changes nothing",
+            help,
+        ));
+    }
+    Ok(())
 }
 
 /// The solid that a material describes.

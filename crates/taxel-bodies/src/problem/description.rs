@@ -7,9 +7,11 @@ use serde::{Deserialize, Deserializer};
 use super::group::{Axis, Group};
 use taxel::mechanics::{LinearElastic, MooneyRivlin};
 use taxel_ground::quantity::{
-    self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, PositiveFraction, PositiveLength,
-    PositiveNumber, PositiveResistivity, PositiveStress, Ratio, RelativePermittivity,
+    self, AnyLength, AnyNumber, AnyQuantity, AnyStress, Checked, NonNegativeTime, PositiveFraction,
+    PositiveLength, PositiveNumber, PositiveResistivity, PositiveStress, Ratio,
+    RelativePermittivity,
 };
+use taxel_material::Relaxation;
 
 /// Two names, no more and no fewer.
 fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[Group; 2], D::Error> {
@@ -25,6 +27,11 @@ fn optional_pair<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<[Group; 2]>, D::Error> {
     pair(deserializer).map(Some)
+}
+
+fn times<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let times = Vec::<Checked<NonNegativeTime>>::deserialize(deserializer)?;
+    Ok(times.into_iter().map(|time| time.0).collect())
 }
 
 /// A body as its file describes it: mesh, solids, supports, loads and what is asked for.
@@ -44,6 +51,11 @@ pub struct ProblemFile {
     pub material: Vec<RegionMaterial>,
     /// What drives supports, obstacles and loads, step by step.
     pub parameter: Vec<Driver>,
+    /// Time that each step takes, s, at a constant rate; 0 is sudden. Only solids that relax feel it:
+    /// a step that changes nothing but lasts is relaxation, under a prescribed force creep.
+    #[serde(default, deserialize_with = "times")]
+    #[schemars(with = "Vec<Checked<NonNegativeTime>>")]
+    pub durations: Vec<f64>,
     /// Surfaces, curves and points that do not move, or are moved.
     #[serde(default)]
     pub support: Vec<Support>,
@@ -129,10 +141,19 @@ pub struct MeshFile {
 pub struct RegionMaterial {
     /// Physical groups of the mesh.
     pub regions: Vec<String>,
-    /// Resistance to a change of shape.
+    /// A law by its name, one of `taxel material list`, or `{ file = "silicone.toml" }`: a law file of
+    /// `taxel material fit`, from the folder of this file. Its solid is incompressible unless
+    /// `compressibility` says otherwise.
+    pub material: Option<String>,
+    /// Resistance to a change of shape; in the place of `material`.
+    #[schemars(with = "Option<Law>")]
     pub law: Law,
     /// Resistance to a change of volume; not for `linear_elastic`, whose Poisson's ratio says it.
     pub compressibility: Option<Compressibility>,
+    /// Parts of the stress that relax; the law is then the answer to a sudden load, and `durations`
+    /// says how long each step takes. A law file brings its own.
+    #[serde(default)]
+    pub relaxation: Vec<Relaxation>,
     /// `true`: Poisson's ratio is below zero and meant so, as of some foams. Without it a solid whose
     /// moduli say so is refused, because it is usually a slip of units.
     pub auxetic: Option<bool>,

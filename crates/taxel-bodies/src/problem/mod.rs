@@ -27,7 +27,7 @@ pub use group::{Axis, BoxCorners, Group, PlaneAt, Selection};
 pub use saved::SavedError;
 
 use taxel_ground::InputError;
-use taxel_ground::{schema, toml_input};
+use taxel_ground::schema;
 
 /// Shipped problems: name, text and mesh.
 const SHIPPED: &[(&str, &str, &[u8])] = &[
@@ -72,7 +72,7 @@ impl ProblemFile {
     /// # Errors
     /// The first mistake with its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        toml_input::parse(file, text)
+        taxel_material::parse_problem(file, text)
     }
 
     /// Names of the shipped problems.
@@ -98,7 +98,7 @@ impl ProblemFile {
 
     /// The JSON schema of the problem file; editors complete and check with it.
     pub fn json_schema() -> String {
-        schema::json_schema::<Self>()
+        taxel_material::schema::<Self>()
     }
 
     /// The reference of the problem file, Markdown: every key with its meaning, unit and range.

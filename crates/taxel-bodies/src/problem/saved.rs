@@ -27,6 +27,9 @@ pub enum SavedError {
     /// It was saved from another problem or mesh.
     #[error("was saved from another problem or another mesh; solve this one from the start")]
     OtherProblem,
+    /// Its solids remember more than is saved.
+    #[error("has no memory of solids that relax; solve the problem from the start")]
+    Relaxing,
     /// Its numbers do not fit the mesh.
     #[error("is damaged: {what} has {found} numbers, not {expected}")]
     Damaged {
@@ -130,6 +133,15 @@ impl Body {
         }
         if saved.identity != identity {
             return Err(SavedError::OtherProblem);
+        }
+        if self
+            .solver
+            .problem()
+            .relaxations
+            .iter()
+            .any(Option::is_some)
+        {
+            return Err(SavedError::Relaxing);
         }
         let rest = State::rest(self.solver.problem());
         let mut state = rest.clone();

@@ -35,6 +35,8 @@ pub(super) struct InPlaneCalibrator<'a> {
 /// with these deviations: 10 % of a cast elastomer's modulus, and the spread of
 /// the end conditions.
 const MODULUS_PRIOR: f64 = 0.1;
+/// Key of the modulus of the layer.
+const LAYER_MODULUS: &str = "layer.youngs_modulus";
 const END_PRIOR: f64 = 0.1;
 /// Rates n at which searches start, beside that of the sensor file.
 const RATES: [f64; 3] = [10.0, 4.0, 25.0];
@@ -122,12 +124,13 @@ impl<'a> InPlaneCalibrator<'a> {
         let prior =
             |value: f64, deviation: f64| (!with_force).then_some(Prior { value, deviation });
         let modulus = drawn.youngs_modulus;
+        let [expected, deviation] = self.expected_modulus(modulus);
         let mut parameters = vec![
             Parameter {
                 unit: "Pa",
                 bounds: [0.05 * modulus, 20.0 * modulus],
                 size: 0.1 * modulus,
-                prior: prior(modulus, MODULUS_PRIOR * modulus),
+                prior: prior(expected, deviation),
                 ..Parameter::new(MODULUS, at[0])
             },
             Parameter {
@@ -163,6 +166,19 @@ impl<'a> InPlaneCalibrator<'a> {
             }
         }
         parameters
+    }
+
+    /// Mean and standard deviation of the modulus before anything is measured, Pa: those of the
+    /// material that the sensor file names, if it has an interval, or those of a cast elastomer.
+    fn expected_modulus(&self, drawn: f64) -> [f64; 2] {
+        let first = &self.sensors[0];
+        // A text without a sensor file behind it names no material.
+        let used = taxel_material::used(first.name, first.text).unwrap_or_default();
+        let of_layer = used.iter().find(|used| used.key.ends_with(LAYER_MODULUS));
+        let scatter = of_layer.and_then(|used| used.material.scatter());
+        let [median, width] = scatter.unwrap_or([0.0, MODULUS_PRIOR]);
+        let expected = drawn * median.exp();
+        [expected, expected * width]
     }
 
     /// The largest χ of the drawing.

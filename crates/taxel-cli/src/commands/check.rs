@@ -1,10 +1,11 @@
 //! `taxel check`: what a sensor file or a board file says and what follows from it.
 
 use serde_json::{Map, Value as Json};
-use taxel::summary::{Fact, Value, summary};
+use taxel::summary::{Fact, Value, fact, number, summary, text};
 
 use taxel::table::{self, Cell, Column, Format};
 use taxel_files::{COMMIT, VERSION};
+use taxel_material::Used;
 
 use crate::arguments::Check;
 use crate::outputs::Existing;
@@ -27,14 +28,54 @@ pub(crate) fn run(arguments: &Check) -> Result<Done, Stop> {
         }
         stop => stop,
     })?;
-    let facts =
+    let mut facts =
         summary(&named.sensor).map_err(|unreadable| Stop::WrongInput(unreadable.to_string()))?;
+    let compression = files::device(&named.sensor)?.compression();
+    for used in taxel_material::used(&named.name, &named.text)? {
+        facts.extend(of_material(&used, compression));
+    }
     let text = rendered(&facts, arguments, ("sensor_hash", &named.hash));
     if let Some(path) = &arguments.plot {
         let drawing = files::device(&named.sensor)?.drawing();
         outputs::write(Some(path), existing, &drawing.svg())?;
     }
     outputs::write(arguments.output.as_deref(), existing, &text)
+}
+
+/// What a material that the file names is, and where it does not know what it is asked.
+fn of_material(used: &Used, compression: Option<f64>) -> Vec<Fact> {
+    let material = &used.material;
+    let modulus = material.law.youngs_modulus();
+    let say = |name: &str, value, source: &str| fact("material", name, value, source.to_owned());
+    let mut facts = vec![
+        say("name", text(&material.name), &used.key),
+        say("law", text(&material.law.to_string()), &material.source),
+        say(
+            "youngs_modulus",
+            number(modulus, "pa", "MPa", 1e6),
+            "3 mu at small strain",
+        ),
+    ];
+    for (name, end) in ["youngs_modulus_lowest", "youngs_modulus_greatest"]
+        .into_iter()
+        .zip(material.interval.into_iter().flatten())
+    {
+        let basis = format!(
+            "95 %: {}",
+            if material.basis.is_empty() {
+                &material.source
+            } else {
+                &material.basis
+            }
+        );
+        facts.push(say(name, number(3.0 * end, "pa", "MPa", 1e6), &basis));
+    }
+    if !material.note.is_empty() {
+        facts.push(say("note", text(&material.note), &material.source));
+    }
+    let beyond = compression.and_then(|most| material.beyond([1.0 - most, 1.0], true));
+    facts.extend(beyond.map(|beyond| say("warning", text(&beyond), "range of the law")));
+    facts
 }
 
 /// What follows from a board file.
@@ -66,7 +107,7 @@ fn row(fact: &Fact) -> Vec<Cell> {
         } => (significant(si / scale), *unit),
         Value::Text(text) => (text.clone(), ""),
     };
-    [fact.group, &fact.name, &value, unit, fact.source]
+    [fact.group, &fact.name, &value, unit, &fact.source]
         .map(|text| Cell::from(text.to_owned()))
         .into()
 }

@@ -1,12 +1,17 @@
 //! `taxel material`: laws of rubber from tests, from a library and from a hardness.
 
+mod report;
+
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::{Value, json};
 use taxel_files::sha256;
 use taxel_ground::quantity::{FORCE, LENGTH};
 use taxel_material as material;
-use taxel_material::{Choice, Cycle, Form, Law, Mode, Slack, Specimen, Steps};
+use taxel_material::{
+    Choice, Cycle, Form, Law, Mode, RelaxationFit, Slack, Specimen, Steps, Test, Tested,
+};
 
 use crate::arguments::{Format, Material, MaterialCheck, MaterialFit, MaterialShow};
 use crate::{Done, Stop, files, outputs};
@@ -38,25 +43,21 @@ fn answer(format: Format, json: &Value, text: impl FnOnce() -> String) -> Result
 }
 
 fn list() -> Value {
-    Value::Array(material::all().map(|entry| described(&entry)).collect())
+    Value::Array(material::all().map(|entry| entry.json()).collect())
 }
 
-fn described(entry: &material::Entry) -> Value {
-    json!({
-        "name": entry.name,
-        "law": entry.law.to_string(),
-        "shear_modulus_pa": entry.law.shear_modulus(),
-        "youngs_modulus_pa": entry.law.youngs_modulus(),
-        "shear_modulus_interval_pa": entry.interval,
-        "stretch": entry.stretch,
-        "mode": entry.mode.name(),
-        "source": entry.source,
-        "note": entry.note,
-    })
+fn modes(material: &material::Material) -> String {
+    let modes: Vec<_> = material.modes.iter().map(|mode| mode.name()).collect();
+    modes.join(", ")
 }
 
-/// A law by its name in the library, or as it is written.
-fn law_of(text: &str) -> Result<(Law, Option<material::Entry>), Stop> {
+/// A law by its name in the library, of a law file, or as it is written.
+fn law_of(text: &str) -> Result<(Law, Option<material::Material>), Stop> {
+    let path = Path::new(text);
+    if path.extension().is_some_and(|ending| ending == "toml") {
+        let material = files::law_file(path, &files::text(path)?)?;
+        return Ok((material.law.clone(), Some(material)));
+    }
     if let Some(entry) = material::named(text) {
         return Ok((entry.law.clone(), Some(entry)));
     }
@@ -78,7 +79,7 @@ fn show(arguments: &MaterialShow) -> Result<Done, Stop> {
             "\"{law}\" is a law, not a name; taxel material check has what follows from it"
         )));
     };
-    answer(arguments.format, &described(&entry), || {
+    answer(arguments.format, &entry.json(), || {
         let mut text = format!("{}\nlaw: {law}\n", entry.name);
         let _ = writeln!(
             text,
@@ -99,7 +100,7 @@ fn show(arguments: &MaterialShow) -> Result<Done, Stop> {
         let _ = writeln!(
             text,
             "stretch: {range}, {}\nsource: {}",
-            entry.mode.name(),
+            modes(&entry),
             entry.source
         );
         if !entry.note.is_empty() {
@@ -141,15 +142,7 @@ fn hardness(arguments: &MaterialShow) -> Result<Done, Stop> {
     let modulus = hardness.modulus();
     let formula = hardness.formula();
     let by_logarithm = (hardness.scale == material::Scale::A).then(|| hardness.logarithmic());
-    let value = json!({
-        "youngs_modulus_pa": modulus.within.then_some(modulus.value),
-        "interval_pa": modulus.within.then_some(modulus.interval),
-        "formula_pa": formula,
-        "logarithmic_formula_pa": by_logarithm,
-        "range_shore": modulus.range,
-        "within_range": modulus.within,
-    });
-    answer(arguments.format, &value, || {
+    answer(arguments.format, &hardness.json(), || {
         let mut text = String::new();
         if modulus.within {
             let [low, high] = modulus.interval.map(|end| Significant(end / 1e6));
@@ -293,31 +286,54 @@ fn steps(arguments: &MaterialFit) -> Result<Steps, Stop> {
 }
 
 fn form(name: &str) -> Result<Vec<Form>, Stop> {
-    let all = vec![Form::NeoHookean, Form::MooneyRivlin, Form::Gent, Form::Yeoh];
-    if name == "all" {
-        return Ok(all);
-    }
-    let found = all.iter().copied().find(|form| form.name() == name);
-    let names: Vec<_> = all.iter().map(|form| form.name()).collect();
-    let message = format!(
-        "--law: \"{name}\" is no law to fit; one of: {}, all",
-        names.join(", ")
-    );
-    found.map(|form| vec![form]).ok_or_else(|| wrong(message))
+    Form::labelled(name).ok_or_else(|| {
+        let names: Vec<_> = Form::all().into_iter().map(Form::label).collect();
+        wrong(format!(
+            "--law: \"{name}\" is no law to fit; one of: {}, all",
+            names.join(", ")
+        ))
+    })
 }
 
-fn options(arguments: &MaterialFit) -> Result<material::Options, Stop> {
-    let slack = match arguments.slack.as_deref() {
-        None => Slack::WhereItMatters,
-        Some("fit") => Slack::Fitted,
-        Some(number) => {
-            let strain = number
-                .parse()
-                .ok()
-                .filter(|strain| (0.0..=0.1).contains(strain));
-            Slack::Given(strain.ok_or_else(|| wrong("--slack is fit or a strain from 0 to 0.1"))?)
-        }
+/// The slack that is asked for; a length is one of the gauge length of the tests.
+fn slack(text: Option<&str>, tests: &[Test]) -> Result<Slack, Stop> {
+    let Some(text) = text else {
+        return Ok(Slack::WhereItMatters);
     };
+    if text == "fit" {
+        return Ok(Slack::Fitted);
+    }
+    let strain = if let Ok(strain) = text.parse::<f64>() {
+        strain
+    } else {
+        let slack = LENGTH
+            .parse(text)
+            .map_err(|message| wrong(format!("--slack is fit, a strain or a length: {message}")))?;
+        let mut lengths = tests
+            .iter()
+            .filter(|test| test.held.is_none())
+            .map(|test| test.length);
+        let first = lengths.next().flatten().ok_or_else(|| {
+                wrong("--slack: a length needs the gauge length\nhelp: write `# gauge_length = \"33 mm\"` above the header")
+            })?;
+        if lengths.any(|other| other != Some(first)) {
+            return Err(wrong(
+                "--slack: the tests have different gauge lengths\nhelp: give a strain",
+            ));
+        }
+        slack / first
+    };
+    if (0.0..=0.1).contains(&strain) {
+        Ok(Slack::Given(strain))
+    } else {
+        Err(wrong(format!(
+            "--slack: a strain of {strain} is outside 0 to 0.1"
+        )))
+    }
+}
+
+fn options(arguments: &MaterialFit, tests: &[Test]) -> Result<material::Options, Stop> {
+    let slack = slack(arguments.slack.as_deref(), tests)?;
     let service = range(arguments.service.as_deref(), "--service")?;
     Ok(material::Options {
         forms: arguments.law.as_deref().map(form).transpose()?,
@@ -338,10 +354,13 @@ fn options(arguments: &MaterialFit) -> Result<material::Options, Stop> {
 }
 
 fn fit(arguments: &MaterialFit) -> Result<Done, Stop> {
-    let written = [("--output", arguments.output.as_ref())];
+    let written = [
+        ("--output", arguments.output.as_ref()),
+        ("--report", arguments.report.as_ref()),
+    ];
     let inputs: Vec<_> = arguments.tests.iter().collect();
     outputs::check(&written, &inputs, arguments.overwrite.existing())?;
-    let (steps, options) = (steps(arguments)?, options(arguments)?);
+    let steps = steps(arguments)?;
     let (mut tests, mut hashes) = (Vec::new(), Vec::new());
     for path in &arguments.tests {
         let text = files::text(path)?;
@@ -349,6 +368,16 @@ fn fit(arguments: &MaterialFit) -> Result<Done, Stop> {
         tests.push(material::read(&name, &text, arguments.mode.as_deref())?);
         hashes.push(sha256(text.as_bytes()));
     }
+    let options = options(arguments, &tests)?;
+    let held = held(&tests)?;
+    if tests.iter().all(|test| test.held.is_some()) {
+        return relaxation_alone(arguments, &tests, held.as_ref());
+    }
+    let of_held = tests.iter().find_map(|test| test.held.clone());
+    let loading: Vec<_> = tests.iter().map(|test| test.held.is_none()).collect();
+    let mut of_loading = loading.iter();
+    hashes.retain(|_| *of_loading.next().unwrap_or(&true));
+    tests.retain(|test| test.held.is_none());
     let (mut specimens, notes) = material::prepare(&tests, &steps)?;
     if arguments.friction == "none" {
         for one in &mut specimens {
@@ -357,6 +386,7 @@ fn fit(arguments: &MaterialFit) -> Result<Done, Stop> {
     }
     let choice =
         material::choose(&specimens, &options).map_err(|error| wrong(error.to_string()))?;
+    let cycles = cycles(&tests, &steps, &options, choice.chosen());
     let same = specimens.len() > 2
         && specimens.iter().all(|one| {
             one.mode == specimens[0].mode && one.compression == specimens[0].compression
@@ -383,11 +413,32 @@ fn fit(arguments: &MaterialFit) -> Result<Done, Stop> {
         notes: &notes,
         choice: &choice,
         each,
+        cycles,
+        stable_to: stable_to(&specimens, &options, &choice),
+        held: held.as_ref(),
+        to_sudden: held
+            .as_ref()
+            .map_or(1.0, |held| to_sudden(&held.terms, &tests)),
     };
-    if let (Some(path), Some(text)) = (&arguments.output, answered.law_file(&hashes)) {
+    if let (Some(path), Some(text)) = (
+        &arguments.output,
+        answered.law_file(&hashes, &arguments.weight),
+    ) {
         outputs::write(Some(path), arguments.overwrite.existing(), &text)?;
     }
-    answer(arguments.format, &answered.json(), || answered.text())?;
+    let text = answered.text();
+    if let Some(path) = &arguments.report {
+        let page = report::Report {
+            tests: &tests,
+            held: of_held.as_ref().zip(held.as_ref()),
+            specimens: &specimens,
+            choice: &choice,
+            options: &options,
+            answer: &text,
+        };
+        outputs::write(Some(path), arguments.overwrite.existing(), &page.html())?;
+    }
+    answer(arguments.format, &answered.json(), || text)?;
     if choice.index.is_some() {
         Ok(Done::Complete)
     } else {
@@ -401,6 +452,190 @@ struct Answered<'a> {
     choice: &'a Choice,
     /// Shear modulus of each of three or more specimens alone.
     each: Option<Vec<f64>>,
+    /// Shear moduli of the first loading and of the last one, Pa, where there are several and nobody
+    /// says which.
+    cycles: Option<[f64; 2]>,
+    /// Largest strain up to which some law stands, where none does.
+    stable_to: Option<f64>,
+    /// What relaxes.
+    held: Option<&'a RelaxationFit>,
+    /// Stress of a sudden load over that of the tests.
+    to_sudden: f64,
+}
+
+/// Shear moduli of the first loading and of the last, by the chosen law.
+fn cycles(
+    tests: &[Test],
+    steps: &Steps,
+    options: &material::Options,
+    chosen: Option<&material::Fit>,
+) -> Option<[f64; 2]> {
+    let fit = chosen.filter(|_| steps.cycle == Cycle::Last)?;
+    let of = |cycle: Cycle| {
+        let steps = Steps {
+            cycle,
+            ..steps.clone()
+        };
+        material::prepare(tests, &steps)
+            .ok()
+            .map(|(specimens, _)| specimens)
+    };
+    let (first, last) = (of(Cycle::Number(1))?, of(Cycle::Last)?);
+    if first == last {
+        return None;
+    }
+    let alone = material::Options {
+        forms: Some(vec![fit.form]),
+        ..options.clone()
+    };
+    let choice = material::choose(&first, &alone).ok()?;
+    Some([
+        choice.candidates.first()?.fit.shear_modulus,
+        fit.shear_modulus,
+    ])
+}
+
+/// Parts of the range of strain that are tried.
+const PARTS: u32 = 20;
+
+/// The largest strain up to which some law stands for the tests, where none does for all of them.
+fn stable_to(specimens: &[Specimen], options: &material::Options, choice: &Choice) -> Option<f64> {
+    if choice.index.is_some() {
+        return None;
+    }
+    let strains = specimens
+        .iter()
+        .flat_map(|one| one.points.iter().map(|[e, _]| *e));
+    let most = strains.fold(0.0, f64::max);
+    (1..PARTS)
+        .rev()
+        .map(|part| most * f64::from(part) / f64::from(PARTS))
+        .find(|most| {
+            let mut shorter = specimens.to_vec();
+            for one in &mut shorter {
+                one.points.retain(|[e, _]| e <= most);
+            }
+            let enough = shorter
+                .iter()
+                .all(|one| one.points.len() >= material::FEWEST);
+            enough && material::choose(&shorter, options).is_ok_and(|choice| choice.index.is_some())
+        })
+}
+
+/// The series of the one test that was held.
+fn held(tests: &[Test]) -> Result<Option<RelaxationFit>, Stop> {
+    let mut held = tests
+        .iter()
+        .filter_map(|test| Some((&test.name, test.held.as_ref()?)));
+    let Some((name, first)) = held.next() else {
+        return Ok(None);
+    };
+    if let Some((other, _)) = held.next() {
+        return Err(wrong(format!(
+            "{name} and {other} are two tests that were held\nhelp: give one of them: series of two specimens are not joined"
+        )));
+    }
+    let fit = material::relaxed(first).map_err(|error| {
+        wrong(format!(
+            "{name}: {error}\nhelp: record from the end of the ramp until nothing changes"
+        ))
+    })?;
+    Ok(Some(fit))
+}
+
+/// Stress of a sudden load over that of the loading tests: by the times of their points, or, without
+/// times, of a test so slow that all has relaxed.
+fn to_sudden(terms: &[material::Relaxation], tests: &[Test]) -> f64 {
+    let shares = tests.iter().flat_map(|test| {
+        let begin = test.rows.first().map_or(0.0, |row| row[0]);
+        let timed = test.timed;
+        test.rows.iter().map(move |row| {
+            let time = if timed { row[0] - begin } else { f64::INFINITY };
+            material::constant_rate(terms, time)
+        })
+    });
+    let (sum, count) = shares.fold((0.0, 0.0), |(sum, count), share| (sum + share, count + 1.0));
+    if count > 0.0 { count / sum } else { 1.0 }
+}
+
+fn relaxation_alone(
+    arguments: &MaterialFit,
+    tests: &[Test],
+    fit: Option<&RelaxationFit>,
+) -> Result<Done, Stop> {
+    if arguments.output.is_some() || arguments.report.is_some() {
+        return Err(wrong(
+            "--output, --report: a test that was held gives no law\nhelp: give a loading test of the same material beside it",
+        ));
+    }
+    let Some(fit) = fit else {
+        return Err(wrong("there is no test"));
+    };
+    let notes: Vec<_> = tests.iter().flat_map(|test| &test.notes).collect();
+    let creeps = tests
+        .iter()
+        .any(|test| test.held.as_ref().is_some_and(|held| held.creeps));
+    let value = json!({ "notes": notes, "relaxation": fit.json() });
+    answer(arguments.format, &value, || {
+        let notes = notes
+            .iter()
+            .fold(String::new(), |text, note| text + note + "\n");
+        notes + &relaxation_text(fit, creeps)
+    })
+}
+
+fn relaxation_text(fit: &RelaxationFit, creeps: bool) -> String {
+    let mut text = String::new();
+    for term in &fit.terms {
+        let _ = writeln!(
+            text,
+            "relaxes: {:.4} of the sudden stress in {:.4} s",
+            term.fraction,
+            Significant(term.time)
+        );
+    }
+    let value = |value: f64| {
+        if creeps {
+            format!("a strain of {value:.5}")
+        } else {
+            pressure(value)
+        }
+    };
+    match fit.sudden {
+        Some(sudden) => {
+            let _ = writeln!(text, "sudden: {}", value(sudden));
+        }
+        None => text.push_str(
+            "the ramp is not known (`# ramp = \"0.5 s\"`): no sudden value, and the fast fractions are too small\n",
+        ),
+    }
+    let _ = writeln!(
+        text,
+        "after a long time: {}, rms {:.3} %",
+        value(fit.long),
+        100.0 * fit.rms
+    );
+    let (long, terms) = material::creep(&fit.terms);
+    let _ = write!(
+        text,
+        "creep under a held load: {long:.6} times the sudden strain in the end"
+    );
+    for term in terms {
+        let _ = write!(
+            text,
+            ", {:.4} of it in {:.6} s",
+            term.fraction,
+            Significant(term.time)
+        );
+    }
+    text.push('\n');
+    let sum: f64 = fit.terms.iter().map(|term| term.fraction).sum();
+    let _ = writeln!(
+        text,
+        "sensor files that count springs beside the long-time stiffness: ratios times {:.6}",
+        1.0 / (1.0 - sum)
+    );
+    text
 }
 
 impl Answered<'_> {
@@ -425,7 +660,8 @@ impl Answered<'_> {
         self.choice.interval.map(widened)
     }
 
-    fn text(&self) -> String {
+    /// What was guessed and left out, and a line for each law.
+    fn laws(&self) -> String {
         let mut text = String::new();
         for note in self.notes {
             let _ = writeln!(text, "{note}");
@@ -456,7 +692,18 @@ impl Answered<'_> {
         for (_, why) in &self.choice.failed {
             let _ = writeln!(text, "{why}");
         }
+        text
+    }
+
+    fn text(&self) -> String {
+        let mut text = self.laws();
         let Some(index) = self.choice.index else {
+            if let Some(most) = self.stable_to {
+                let _ = writeln!(
+                    text,
+                    "a law stands up to a strain of {most:.4}: --strain-range 0..{most:.4}"
+                );
+            }
             return text;
         };
         let candidate = &self.choice.candidates[index];
@@ -468,6 +715,15 @@ impl Answered<'_> {
             pressure(shear),
             pressure(3.0 * shear)
         );
+        if let Some(held) = self.held {
+            text.push_str(&relaxation_text(held, false));
+            let _ = writeln!(
+                text,
+                "the tests measured {:.4} of the stress of a sudden load: the law that is written is the sudden one, {}",
+                1.0 / self.to_sudden,
+                candidate.law.scaled(self.to_sudden)
+            );
+        }
         match self.interval() {
             Some((interval, basis)) => {
                 let _ = writeln!(
@@ -477,6 +733,14 @@ impl Answered<'_> {
                 );
             }
             None => text.push_str("the misfit is systematic: no interval\n"),
+        }
+        if let Some([first, last]) = self.cycles {
+            let _ = writeln!(
+                text,
+                "first loading {}, last {}: a sensor lives on cycled rubber (--cycle)",
+                pressure(first),
+                pressure(last)
+            );
         }
         let points: usize = self.specimens.iter().map(|one| one.points.len()).sum();
         let _ = writeln!(
@@ -521,71 +785,34 @@ impl Answered<'_> {
     }
 
     fn json(&self) -> Value {
-        let candidates: Vec<Value> = self
-            .choice
-            .candidates
-            .iter()
-            .map(|candidate| {
-                let fit = &candidate.fit;
-                json!({
-                    "law": candidate.law.to_string(),
-                    "moduli_pa": fit.moduli,
-                    "limit": fit.limit,
-                    "shear_modulus_pa": fit.shear_modulus,
-                    "interval_pa": fit.interval,
-                    "standard_errors": fit.standard_errors,
-                    "slack": fit.slack,
-                    "preload_stretch": fit.preload_stretch,
-                    "rms": fit.rms(),
-                    "effective_points": fit.effective,
-                    "refused": candidate.refused,
-                })
-            })
-            .collect();
         let of_specimens = self.each.as_deref().and_then(material::specimens);
-        json!({
-            "notes": self.notes,
-            "points": self.specimens.iter().map(|one| one.points.len()).collect::<Vec<_>>(),
-            "candidates": candidates,
-            "failed": self.choice.failed.iter().map(|(_, why)| why.to_string()).collect::<Vec<_>>(),
-            "chosen": self.choice.index,
-            "interval_pa": self.interval().map(|(interval, _)| interval),
-            "basis": self.interval().map(|(_, basis)| basis),
-            "each_pa": self.each,
-            "next_specimen_pa": of_specimens.map(|found| found.of_next),
-            "second_invariant": self.choice.shares.iter().map(|share| json!({
-                "share": share[0], "shear_modulus_pa": share[1], "limit": share[2], "rms": share[3],
-                "uniaxial_0_6_pa": share[4], "planar_0_6_pa": share[5],
-            })).collect::<Vec<_>>(),
-        })
+        let (interval, basis) = self.interval().unzip();
+        let points: Vec<usize> = self.specimens.iter().map(|one| one.points.len()).collect();
+        let mut whole = serde_json::Map::new();
+        whole.insert("notes".into(), json!(self.notes));
+        whole.insert("points".into(), json!(points));
+        whole.extend(self.choice.json());
+        for (key, value) in [
+            ("interval_pa", json!(interval)),
+            ("basis", json!(basis)),
+            ("each_pa", json!(self.each)),
+            (
+                "next_specimen_pa",
+                json!(of_specimens.map(|found| found.of_next)),
+            ),
+            ("cycles_pa", json!(self.cycles)),
+            ("stable_to_strain", json!(self.stable_to)),
+            ("relaxation", json!(self.held.map(RelaxationFit::json))),
+            ("to_sudden", json!(self.to_sudden)),
+        ] {
+            whole.insert(key.into(), value);
+        }
+        Value::Object(whole)
     }
 
     /// The law as a file.
-    fn law_file(&self, hashes: &[String]) -> Option<String> {
+    fn law_file(&self, hashes: &[String], weights: &str) -> Option<String> {
         let candidate = &self.choice.candidates[self.choice.index?];
-        let stress = |pascal: f64| format!("\"{pascal} Pa\"");
-        let law = match &candidate.law {
-            Law::NeoHookean { shear } => format!(
-                "{{ neo_hookean = {{ shear_modulus = {} }} }}",
-                stress(*shear)
-            ),
-            Law::MooneyRivlin { c10, c01 } => format!(
-                "{{ mooney_rivlin = {{ c10 = {}, c01 = {} }} }}",
-                stress(*c10),
-                stress(*c01)
-            ),
-            Law::Yeoh { factors: [a, b, c] } => format!(
-                "{{ yeoh = {{ c10 = {}, c20 = {}, c30 = {} }} }}",
-                stress(*a),
-                stress(*b),
-                stress(*c)
-            ),
-            Law::Gent { shear, limit } => format!(
-                "{{ gent = {{ shear_modulus = {}, limit = {limit} }} }}",
-                stress(*shear)
-            ),
-            Law::Ogden { .. } => return None,
-        };
         let strains = self
             .specimens
             .iter()
@@ -593,57 +820,43 @@ impl Answered<'_> {
         let (low, high) = strains.fold((1.0_f64, 1.0_f64), |(low, high), l| {
             (low.min(l), high.max(l))
         });
-        let mut modes: Vec<&str> = self
+        let mut modes: Vec<Tested> = self.specimens.iter().map(Specimen::tested).collect();
+        modes.dedup();
+        let name = |one: &Specimen| {
+            let path = Path::new(&one.name).file_name();
+            path.map_or_else(
+                || one.name.clone(),
+                |name| name.to_string_lossy().into_owned(),
+            )
+        };
+        let tests = self
             .specimens
             .iter()
-            .map(|one| {
-                if one.compression {
-                    "compression"
-                } else {
-                    one.mode.name()
-                }
-            })
-            .collect();
-        modes.dedup();
-        let name = self.specimens.first().map_or("", |one| one.name.as_str());
-        let mut text = format!(
-            "schema = 1\nname = {}\nlaw = {law}\ncompressibility = \"incompressible\"\n",
-            taxel_ground::shown::toml(name)
-        );
-        let _ = writeln!(
-            text,
-            "\n[valid]\nstretch = [{low}, {high}]\nmodes = {modes:?}"
-        );
-        if let Some(([low, high], basis)) = self.interval() {
-            let _ = writeln!(
-                text,
-                "\n[uncertainty]\nbasis = {basis:?}\nshear_modulus = [{}, {}]",
-                stress(low),
-                stress(high)
-            );
-            if let (Some(first), Some(last)) =
-                (self.choice.shares.first(), self.choice.shares.last())
-            {
-                let _ = writeln!(
-                    text,
-                    "i2_share = {{ uniaxial_0_6 = [{}, {}] }}",
-                    stress(last[4]),
-                    stress(first[4])
-                );
-            }
-        }
-        text.push_str("\n[made]\ntests = [\n");
-        for (one, hash) in self.specimens.iter().zip(hashes) {
-            let _ = writeln!(
-                text,
-                "    {{ file = {}, sha256 = \"{hash}\", mode = {:?}, points = {}, slack = {} }},",
-                taxel_ground::shown::toml(&one.name),
-                one.mode.name(),
-                one.points.len(),
-                candidate.fit.slack
-            );
-        }
-        text.push_str("]\n");
-        Some(text)
+            .zip(hashes)
+            .map(|(one, hash)| material::Part {
+                file: name(one),
+                sha256: hash.clone(),
+                mode: Some(one.tested()),
+                points: u32::try_from(one.points.len()).ok(),
+                slack: Some(candidate.fit.slack),
+                weights: Some(weights.to_owned()),
+            });
+        let (interval, basis) = self.interval().unzip();
+        let of_i2 = self.choice.shares.first().zip(self.choice.shares.last());
+        let material = material::Material {
+            name: self.specimens.first().map(name).unwrap_or_default(),
+            law: candidate.law.scaled(self.to_sudden),
+            interval: interval.map(|ends| ends.map(|end| end * self.to_sudden)),
+            basis: basis.unwrap_or_default(),
+            stretch: Some([low, high]),
+            modes,
+            source: String::new(),
+            note: String::new(),
+            relaxation: self.held.map_or_else(Vec::new, |held| held.terms.clone()),
+            tests: tests.collect(),
+        };
+        Some(material.toml(
+            of_i2.map(|(first, last)| [last[4], first[4]].map(|stress| stress * self.to_sudden)),
+        ))
     }
 }

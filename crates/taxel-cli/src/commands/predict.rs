@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use taxel::InputError;
-use taxel::device::Device;
 use taxel::mechanics::Mechanics;
 use taxel::predict::{self, Answers, LoadRefused, Loads, Predictor, Refusal, SolvedBody};
 use taxel::sensor::Sensor;
@@ -138,15 +137,20 @@ fn grids(folder: &Path, bodies: &[Arc<dyn SolvedBody>]) -> Result<Vec<(PathBuf, 
 /// The predictor by the mechanics asked for, on the command line or in the
 /// file, of the sensor as drawn or as calibrated.
 fn predictor(arguments: &Predict, named: &files::NamedSensor) -> Result<Box<dyn Predictor>, Stop> {
-    let of = |sensor: &Sensor| mechanics(arguments, sensor);
     let Some(path) = &arguments.calibration else {
-        return of(&named.sensor);
+        let text = (named.name.as_str(), named.text.as_str());
+        return mechanics(arguments, &named.sensor, Some(text));
     };
+    let of = |sensor: &Sensor| mechanics(arguments, sensor, None);
     let calibrated = files::applied(named.clone(), Some(path))?;
     files::propagated(of(&calibrated.sensor)?, named, path, of)
 }
 
-fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>, Stop> {
+fn mechanics(
+    arguments: &Predict,
+    sensor: &Sensor,
+    text: Option<(&str, &str)>,
+) -> Result<Box<dyn Predictor>, Stop> {
     let asked = arguments.mechanics.map(Mechanics::from);
     let asked = asked.as_ref();
     if !arguments.spread {
@@ -160,16 +164,17 @@ fn mechanics(arguments: &Predict, sensor: &Sensor) -> Result<Box<dyn Predictor>,
     }
     let sensor = files::by_mechanics(sensor, asked)?;
     let drawn = files::predictor(&sensor, asked)?;
-    spread(files::device(&sensor)?.as_ref(), drawn, &sensor)
+    spread(&sensor, text, drawn)
 }
 
-/// The same with the interval that the deviations of the sensor file leave.
+/// The same with the interval that the deviations of the sensor file and its materials leave.
 fn spread(
-    device: &dyn Device,
-    drawn: Box<dyn Predictor>,
     sensor: &Sensor,
+    text: Option<(&str, &str)>,
+    drawn: Box<dyn Predictor>,
 ) -> Result<Box<dyn Predictor>, Stop> {
-    let made = MadeDevices::new(device, drawn, DEVICES, SEED);
+    let made = MadeDevices::new(sensor, text, drawn, DEVICES, SEED)
+        .map_err(|error| Stop::WrongInput(format!("--spread: {error}")))?;
     let made = made.ok_or_else(|| {
         Stop::WrongInput(format!(
             "--spread: a sensor of the element `{}` states no deviation of made devices\nhelp: leave it out",

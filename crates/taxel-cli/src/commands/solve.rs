@@ -257,6 +257,7 @@ impl Named {
                 files::with_shipped_names(stop, path, "problem", names)
             })?,
         };
+        let text = files::with_laws(path, &name, text)?;
         let file = ProblemFile::parse(&name, &text)?;
         if let Some(mesh) = ProblemFile::shipped_mesh(&name).filter(|_| shipped.is_some()) {
             return Ok(Self {

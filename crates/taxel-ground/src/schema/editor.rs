@@ -10,10 +10,11 @@ use std::mem::take;
 
 use serde_json::{Map, Value, json};
 
-/// The schema of `T` as text that ends with a line feed.
-pub(super) fn text<T: schemars::JsonSchema>() -> String {
+/// The schema of `T`, `changed`, as text that ends with a line feed.
+pub(super) fn text<T: schemars::JsonSchema>(changed: impl FnOnce(&mut Value)) -> String {
     let mut schema = schemars::schema_for!(T).to_value();
     flatten(&mut schema);
+    changed(&mut schema);
     let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
     text.push('\n');
     text

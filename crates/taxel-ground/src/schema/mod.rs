@@ -7,7 +7,14 @@ mod reference;
 
 /// The schema of `T` for editors and validators, JSON that ends with a line feed.
 pub fn json_schema<T: schemars::JsonSchema>() -> String {
-    editor::text::<T>()
+    editor::text::<T>(|_| ())
+}
+
+/// The same schema of types of which `changed` knows what else their keys take.
+pub fn json_schema_changed<T: schemars::JsonSchema>(
+    changed: impl FnOnce(&mut serde_json::Value),
+) -> String {
+    editor::text::<T>(changed)
 }
 
 /// The tables and names that the value of a key of the file that `T` reads may be, as an

@@ -6,7 +6,8 @@ use std::ops::Range;
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use toml::de::{DeTable, DeValue};
+pub use toml::Spanned;
+pub use toml::de::{DeTable, DeValue};
 
 use crate::quantity::HELP;
 use crate::{InputError, schema};
@@ -20,7 +21,30 @@ pub const LARGEST: usize = 1 << 20;
 /// The first mistake, at its place, with the key and what to do: where a table or one of several
 /// names is needed, with those that the schema of the file knows.
 pub fn parse<T: DeserializeOwned + JsonSchema>(file: &str, text: &str) -> Result<T, InputError> {
-    read((LARGEST, file, text), schema::forms::<T>)
+    read((LARGEST, file, text), schema::forms::<T>, &[])
+}
+
+/// Another value for a key of a text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Names and indices of the key; its table exists.
+    pub path: Vec<String>,
+    /// The value, in the words of TOML; none takes the key out.
+    pub value: Option<String>,
+    /// Part of the text that stands for the value: its mistakes are shown there.
+    pub span: Range<usize>,
+}
+
+/// As [`parse`], after `changes`.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_changed<T: DeserializeOwned + JsonSchema>(
+    file: &str,
+    text: &str,
+    changes: &[Change],
+) -> Result<T, InputError> {
+    read((LARGEST, file, text), schema::forms::<T>, changes)
 }
 
 /// Parses a file of at most `largest` bytes.
@@ -32,13 +56,14 @@ pub fn parse_up_to<T: DeserializeOwned>(
     file: &str,
     text: &str,
 ) -> Result<T, InputError> {
-    read((largest, file, text), |_| None)
+    read((largest, file, text), |_| None, &[])
 }
 
-/// Parses a file; `forms` knows what the value of a key may be.
+/// Parses a file; `forms` knows what the value of a key may be, `changes` come first.
 fn read<T: DeserializeOwned>(
     (largest, file, text): (usize, &str, &str),
     forms: impl Fn(&[&str]) -> Option<String>,
+    changes: &[Change],
 ) -> Result<T, InputError> {
     if text.len() > largest {
         let message = format!(
@@ -47,7 +72,7 @@ fn read<T: DeserializeOwned>(
         );
         return Err(InputError::whole(file, message).help("give a TOML description"));
     }
-    toml::from_str(text).map_err(|error| {
+    let mistake = |error: toml::de::Error| {
         let (message, mut help) = split_help(error.message());
         if help.is_empty() && message.starts_with("missing field") {
             help = "add it with its value and unit; `taxel schema` and the shipped files show how";
@@ -77,25 +102,31 @@ fn read<T: DeserializeOwned>(
         InputError::at(file, text, span, message)
             .key(key)
             .help(help)
-    })
+    };
+    let mut table = DeTable::parse(text).map_err(mistake)?;
+    for change in changes {
+        make(table.get_mut(), change);
+    }
+    T::deserialize(toml::de::Deserializer::from(table)).map_err(mistake)
 }
 
-/// True if a description has the key `path` itself, not only a parent of it.
+/// True if a description has the key `path` (segments; a number is an index) itself, not only a
+/// parent of it.
 pub fn has(text: &str, path: &[&str]) -> bool {
     let Ok(table) = DeTable::parse(text) else {
         return false;
     };
-    let Some((last, parents)) = path.split_last() else {
-        return false;
-    };
-    let mut table = table.get_ref();
-    for parent in parents {
-        match table.get(*parent).map(toml::Spanned::get_ref) {
-            Some(DeValue::Table(inner)) => table = inner,
-            _ => return false,
-        }
-    }
-    table.contains_key(*last)
+    let root = DeValue::Table(table.into_inner());
+    path.iter()
+        .try_fold(&root, |value, name| match value {
+            DeValue::Table(table) => table.get(*name).map(Spanned::get_ref),
+            DeValue::Array(items) => {
+                let index: usize = name.parse().ok()?;
+                items.get(index).map(Spanned::get_ref)
+            }
+            _ => None,
+        })
+        .is_some()
 }
 
 /// An error of a rule between fields, shown at the value of the key `path`
@@ -112,6 +143,64 @@ fn split_help(text: &str) -> (&str, &str) {
         Some((message, help)) => (message.trim_end(), help.trim()),
         None => (text.trim_end(), ""),
     }
+}
+
+fn make<'t>(table: &mut DeTable<'t>, change: &'t Change) {
+    let Some((last, path)) = change.path.split_last() else {
+        return;
+    };
+    let Some(table) = inner_table(table, path) else {
+        return;
+    };
+    let Some(value) = &change.value else {
+        table.remove(last.as_str());
+        return;
+    };
+    if let Ok(value) = DeValue::parse(value) {
+        let value = shown_at(value.into_inner(), &change.span);
+        // The key that is there keeps its place in the text.
+        if let Some(old) = table.get_mut(last.as_str()) {
+            *old = value;
+        } else {
+            let key = Spanned::new(change.span.clone(), last.as_str().into());
+            table.insert(key, value);
+        }
+    }
+}
+
+/// The table with this path.
+fn inner_table<'t, 'i>(table: &'t mut DeTable<'i>, path: &[String]) -> Option<&'t mut DeTable<'i>> {
+    let Some((first, rest)) = path.split_first() else {
+        return Some(table);
+    };
+    let mut value = table.get_mut(first.as_str())?.get_mut();
+    for (at, name) in rest.iter().enumerate() {
+        value = match value {
+            DeValue::Array(items) => items.get_mut(name.parse::<usize>().ok()?)?.get_mut(),
+            DeValue::Table(table) => return inner_table(table, &rest[at..]),
+            _ => return None,
+        };
+    }
+    match value {
+        DeValue::Table(table) => Some(table),
+        _ => None,
+    }
+}
+
+/// A value of which all is shown at one part of the text.
+fn shown_at<'i>(value: DeValue<'i>, span: &Range<usize>) -> Spanned<DeValue<'i>> {
+    let value = match value {
+        DeValue::Table(table) => {
+            let mut placed = DeTable::new();
+            for (key, value) in table {
+                let key = Spanned::new(span.clone(), key.into_inner());
+                placed.insert(key, shown_at(value.into_inner(), span));
+            }
+            DeValue::Table(placed)
+        }
+        value => value,
+    };
+    Spanned::new(span.clone(), value)
 }
 
 /// Byte range of the value at `path`.

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from . import _taxel, fem
+from . import _taxel, fem, material
 from ._answers import Answers
 from ._calibration import Calibration, Parameter, calibrate, calibration_data
 from ._errors import FrameError, InputError, SolveError
@@ -58,6 +58,7 @@ __all__ = [
     "calibration_data",
     "connect",
     "fem",
+    "material",
     "read",
     "reproduce",
     "shipped",

@@ -17,6 +17,11 @@ __all__ = [
     "Estimator",
     "Twin",
     "read_recording",
+    "material_fit",
+    "material_hardness",
+    "material_list",
+    "material_load",
+    "material_relaxation",
     "threads",
     "Sensor",
     "read_text",
@@ -36,6 +41,22 @@ COMMIT: str
 STATES: list[str]
 
 _Row = tuple[list[float], str, str, list[tuple[str, float, str]]]
+
+def material_list() -> str: ...
+def material_load(name: Any) -> str: ...
+def material_hardness(text: str) -> str: ...
+def material_fit(
+    strain: NDArray[np.float64],
+    stress: NDArray[np.float64],
+    mode: str,
+    law: str | None,
+    slack: float | None,
+    strain_range: tuple[float, float] | None,
+    weight: str,
+) -> tuple[str, str | None]: ...
+def material_relaxation(
+    time: NDArray[np.float64], value: NDArray[np.float64], ramp: float | None, creeps: bool
+) -> str: ...
 
 @final
 class Table:

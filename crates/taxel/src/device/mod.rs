@@ -120,6 +120,12 @@ pub trait Device {
         None
     }
 
+    /// Most that its soft layer is compressed in the range that it reads, a share of the thickness;
+    /// none where its model does not say.
+    fn compression(&self) -> Option<f64> {
+        None
+    }
+
     /// Predictor of a device that was not made as drawn: each length or gain whose standard
     /// deviation the table `fabrication` of the sensor file states is off by that times a number
     /// of `normal`. None for a device without such a table.

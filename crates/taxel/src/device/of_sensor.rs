@@ -1,5 +1,7 @@
 //! From a sensor file to the device that it describes.
 
+use taxel_material::Material;
+
 use crate::InputError;
 
 use super::{
@@ -9,7 +11,6 @@ use super::{
 use crate::quantity::{CAPACITANCE, CHARGE, Dimension, FORCE, RESISTANCE, STRESS, VOLTAGE};
 use crate::sensor::{Broken, Element, Sensor, Unreadable, check_instrument, check_keys};
 use crate::solutions::{Solutions, TablesOnly};
-use crate::toml_input;
 
 impl Sensor {
     /// Reads a sensor file; `file` is its name for messages.
@@ -72,7 +73,22 @@ impl Sensor {
     /// # Errors
     /// The first mistake of one key.
     pub fn drawn(file: &str, text: &str) -> Result<Self, InputError> {
-        toml_input::parse(file, text)
+        taxel_material::parse_sensor(file, text, &|_| 1.0)
+    }
+
+    /// Reads a sensor file as [`Self::parse_with`], of a piece whose materials have `factor` times the
+    /// moduli of their laws.
+    ///
+    /// # Errors
+    /// As [`Self::parse_with`].
+    pub fn made_of(
+        file: &str,
+        text: &str,
+        factor: &dyn Fn(&Material) -> f64,
+        solutions: &mut dyn Solutions,
+    ) -> Result<Self, InputError> {
+        let drawn: Self = taxel_material::parse_sensor(file, text, factor)?;
+        drawn.sound(file, text, solutions)
     }
 
     /// Rules of the element, which know the board that reads it.

@@ -107,6 +107,10 @@ Each section is a table of the file; its title is the path of the table, and the
 the key. A table may also be written in braces behind its key: `mount = { cylinder = { radius = \"4 mm\" } }`; keys
 that belong to one value of several, such as `mount.cylinder.radius`, are required where that value is chosen. `[]` in
 a path stands for each entry of a list. A required key has no default. Any other key is refused.
+
+A modulus may be that of a material: `{ material = \"rtv615\" }` names one of `taxel material list`, and `{ material = {
+file = \"silicone.toml\" } }` a law file of `taxel material fit`, from the folder of the sensor file. So may the
+`material` of microchannels: `material = \"ecoflex-00-30\"`. [The guide](material.md) says what follows from it.
 ";
 
 /// A device as its file describes it, with an element of a user's own or one that is shipped
@@ -382,7 +386,7 @@ impl Sensor {
     /// The JSON schema of the sensor file, as committed beside the shipped
     /// files; editors complete and check with it.
     pub fn json_schema() -> String {
-        schema::json_schema::<Self>()
+        taxel_material::schema::<Self>()
     }
 
     /// The reference of the sensor file, Markdown: every key with its meaning,

@@ -49,7 +49,7 @@ impl Registry {
         key: &'static str,
     ) -> Self {
         self.elements.push((key, |file, text, key| {
-            let mut read: OwnTable<E> = toml_input::parse(file, text)?;
+            let mut read: OwnTable<E> = taxel_material::parse_sensor(file, text, &|_| 1.0)?;
             read.element.remove(key).map_or_else(
                 || Err(InputError::whole(file, format!("element.{key} is missing"))),
                 |element| Ok(Arc::new(element) as Arc<dyn OwnElement>),
@@ -71,7 +71,7 @@ impl Registry {
             return Sensor::parse(file, text);
         };
         let element = factory(file, text, key)?;
-        let read: Described<Skipped> = toml_input::parse(file, text)?;
+        let read: Described<Skipped> = taxel_material::parse_sensor(file, text, &|_| 1.0)?;
         read.with(Element::Own(OwnParts { key, element }))
             .sound(file, text, &mut TablesOnly)
     }

@@ -136,6 +136,11 @@ impl Device for InPlaneArray<'_> {
         self.information_at(compression, options.noise)
     }
 
+    fn compression(&self) -> Option<f64> {
+        let inverse = self.model().inverse().ok()?;
+        Some(inverse.last().layer.kinematics.compression())
+    }
+
     fn made(&self, normal: &mut dyn FnMut() -> f64) -> Option<Box<dyn Predictor>> {
         let mut model = self.model();
         model.electrodes.gap += self.element.fabrication.gap_deviation * normal();
