@@ -566,13 +566,15 @@ fn whitening(
     };
     let own = rows.len().min(presses * layers) as f64;
     let freedom = rows.len() as f64 * (1.0 - surface.unknowns() as f64 / own).max(0.5);
-    let covariance = Mat::from_fn(width, width, |i, j| {
-        let products = residuals.iter().zip(weights);
-        let sum: f64 = products.map(|(row, w)| w * row[i] * row[j]).sum();
+    let weighted = Mat::from_fn(rows.len(), width, |k, i| {
+        residuals[k][i] * weights[k].sqrt()
+    });
+    let mut covariance = weighted.transpose() * &weighted * faer::Scale(1.0 / freedom);
+    for i in 0..width {
         // The channels have unit deviation; a thousandth of it is the least
         // that two presses at one place may differ.
-        sum / freedom + if i == j { 1e-6 } else { 0.0 }
-    });
+        covariance[(i, i)] += 1e-6;
+    }
     let factor = covariance
         .llt(Side::Lower)
         .map_err(|_| TrainingError::Dependent { features: width })?;

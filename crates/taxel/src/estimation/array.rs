@@ -366,6 +366,15 @@ impl ArrayEstimator {
         }
         self.still
             .push(values, elapsed, &self.facts, &mut channels.states);
+        // A channel that was not there when the zero of the others was taken has none: what it reads is no force.
+        let tared = self.captured.iter().any(Option::is_some);
+        if tared && self.capture.is_none() {
+            for (state, captured) in channels.states.iter_mut().zip(&self.captured) {
+                if captured.is_none() && state.usable() {
+                    *state = ChannelState::Faulty;
+                }
+            }
+        }
     }
 
     fn capture_frame(&mut self) -> Captured {

@@ -388,6 +388,54 @@ fn a_masked_taxel_leaves_a_bound() {
     );
 }
 
+/// A block of channels that does not come while the rest is captured has no zero: it leaves a bound, also when
+/// it comes, and joins the total with the next tare.
+#[test]
+fn a_block_that_is_absent_at_the_start_joins_with_a_tare() {
+    const COMES: f64 = 3.5;
+    const TARE: f64 = 6.0;
+    for (device, absent) in [(&DEVICES[0], 0..4 * 8), (&DEVICES[2], 0..3 * 4)] {
+        let (mut twin, mut session) = device.twin();
+        let failing = Failing::new(None, Moment::After, [0.0; 2]);
+        let (mut tared, mut joined) = (false, None);
+        loop {
+            let Delivery::Frame(mut frame) = twin.next_delivery() else {
+                continue;
+            };
+            let time = frame.time_ns as f64 * 1e-9;
+            if time > 8.0 {
+                break;
+            }
+            if time < COMES {
+                frame.values[absent.clone()].fill(f64::NAN);
+            }
+            if time > TARE && !tared {
+                tared = true;
+                session.begin_rest_capture(REST_FRAMES);
+            }
+            let forces = twin.true_forces(frame.time_ns);
+            let truth = forces.iter().map(|force| force[2]).sum();
+            let capturing = session.capturing();
+            let observed = session.push(&frame).unwrap();
+            let touch = observed.touch;
+            let said = (touch.total_certainty, touch.total_reason);
+            if time < REST_UNTIL || capturing {
+                continue;
+            }
+            if !tared {
+                let bound = (Certainty::AtLeast, Some(State::Faulty));
+                assert_eq!(said, bound, "{}, {time}", device.sensor);
+            } else if said.0 == Certainty::Exact {
+                joined.get_or_insert(time);
+            } else {
+                assert_eq!(joined, None, "{}, {time}: {said:?}", device.sensor);
+            }
+            device.check(&failing, time, truth, &observed);
+        }
+        assert!(joined.is_some(), "{}", device.sensor);
+    }
+}
+
 /// Far beyond the range the force is a bound in total, contact and events, and passing the full
 /// scale is said once, however long it is held.
 #[test]
