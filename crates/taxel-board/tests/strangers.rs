@@ -788,6 +788,29 @@ fn lines_with_an_address_make_frames() -> Outcome {
     Ok(())
 }
 
+/// Rows up or down, from the middle of a frame and with a row that is lost: no frame has rows of two.
+#[test]
+fn rows_that_fall_make_frames_as_those_that_rise() -> Outcome {
+    let body = "framing.lines.template = \"R{address}: {value c}\"\npacket.fields = [{ is = \"address\", count = 4 }]";
+    for (falls, missing) in [(false, 2), (true, 2), (true, 3), (false, 4), (true, 4)] {
+        let rows = (0..40_u32)
+            .flat_map(|frame| (0..4).map(move |at| [frame, if falls { 3 - at } else { at }]));
+        // The first rows are missing, and one of the eleventh frame.
+        let sent = rows.skip(missing).filter(|row| *row != [10, 1]);
+        let lines: Vec<String> = sent
+            .map(|[frame, row]| format!("R{row}: {frame}\n"))
+            .collect();
+        let found = of_lines(body, &lines.concat())?;
+        let whole: Vec<f64> = (1..40)
+            .filter(|frame| *frame != 10)
+            .map(f64::from)
+            .collect();
+        let expected: Vec<Vec<f64>> = whole.iter().map(|frame| vec![*frame; 4]).collect();
+        assert_eq!(found, expected, "falls: {falls}, {missing} missing");
+    }
+    Ok(())
+}
+
 /// Several frames in one packet: between number and check their values stand one behind the other.
 #[test]
 fn a_packet_may_hold_several_frames() -> Outcome {

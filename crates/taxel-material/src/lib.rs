@@ -33,6 +33,7 @@ mod interval;
 mod law;
 mod library;
 mod material;
+mod minimum;
 mod named;
 mod relaxation;
 mod stability;

@@ -1,6 +1,7 @@
 //! Relaxation and creep: Prony series of a stress that was held, or of a strain under a load that was.
 
 use crate::material::{MOST_RELAXED, Relaxation};
+use crate::minimum::{simplex, solved};
 
 /// A test that was held at a stretch or under a load.
 #[derive(Debug, Clone, PartialEq)]
@@ -254,7 +255,7 @@ fn not_negative(columns: &[Vec<f64>], rows: usize) -> Vec<f64> {
         loop {
             let chosen: Vec<usize> = (0..count).filter(|k| free[*k]).collect();
             let part: Vec<Vec<f64>> = chosen.iter().map(|k| columns[*k].clone()).collect();
-            let Some((solved, _)) = crate::fit::solved(part, vec![1.0; rows]) else {
+            let Some((solved, _)) = solved(part, vec![1.0; rows]) else {
                 free[next] = false;
                 break;
             };
@@ -305,7 +306,7 @@ fn searched(points: &[[f64; 2]], ramp: (f64, bool), terms: usize, ends: [f64; 2]
         let mut size = 0.5;
         // A simplex that has shrunk on a slope begins anew, until nothing is gained.
         for _ in 0..12 {
-            let (found, misfit) = crate::fit::simplex(&x, &vec![size; terms], (1e-14, 0.0), &value);
+            let (found, misfit) = simplex(&x, &vec![size; terms], (1e-14, 0.0), &value);
             let gained = least - misfit > 1e-9 * misfit;
             (x, least) = (found, misfit);
             size *= 0.4;

@@ -81,7 +81,8 @@ pub(crate) struct FrameRule {
     pub(crate) ends_with: Option<usize>,
     /// Longest time from the first to the last, ns.
     pub(crate) within_ns: Option<u64>,
-    /// True if they come in the order of their addresses, so that without a number the first begins a frame.
+    /// True if they come in the order of their addresses, up or down, so that without a number the first or last begins
+    /// a frame.
     pub(crate) in_order: bool,
 }
 

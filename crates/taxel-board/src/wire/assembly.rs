@@ -19,10 +19,37 @@ pub(super) struct Assembly {
     cut: bool,
     /// True while packets are passed over whose frame has no first one.
     torn: bool,
+    order: Order,
+    /// The place that came first.
+    first: usize,
     /// Frames of which some packets did not come.
     pub(super) incomplete: u64,
     packets: Option<PacketNumbers>,
     arrived: Arrived,
+}
+
+/// In which order the places of a frame come.
+#[derive(Debug, Clone, Default)]
+struct Order {
+    last: Option<usize>,
+    /// Packets whose place follows that of the one before, and precedes it.
+    rising: u64,
+    falling: u64,
+}
+
+impl Order {
+    /// Takes the place of a packet, one of `places`; the place that begins a frame.
+    fn begin(&mut self, place: usize, places: usize) -> usize {
+        if let Some(last) = self.last.replace(place) {
+            self.rising += u64::from((last + 1) % places == place);
+            self.falling += u64::from((place + 1) % places == last);
+        }
+        if self.falling > self.rising {
+            places - 1
+        } else {
+            0
+        }
+    }
 }
 
 /// What arrived, for the operator of a board whose frames are never whole.
@@ -103,6 +130,8 @@ impl Assembly {
             began_ns: None,
             cut,
             torn: false,
+            order: Order::default(),
+            first: 0,
             incomplete: 0,
             packets: PacketNumbers::new(board, slots),
             arrived: Arrived {
@@ -116,6 +145,7 @@ impl Assembly {
     /// Takes a packet that arrived at `host_ns`; the frame that it makes whole.
     pub(super) fn packet(&mut self, reading: &Reading, host_ns: Option<u64>) -> Option<Whole> {
         let required = self.rule.required[reading.slot];
+        let begin = self.order.begin(reading.slot, self.come.len());
         self.arrived.packets[reading.slot] += 1;
         let packets = self.packets.as_mut();
         let frame = reading.sequence.zip(packets);
@@ -124,9 +154,15 @@ impl Assembly {
         if required && self.is_another(reading, sequence, host_ns) {
             self.give_up();
         }
+        let ordered = self.rule.in_order && sequence.is_none();
+        // The order has shown since it began.
+        if ordered && self.begun() && self.first != begin {
+            self.give_up();
+        }
         if !self.begun() {
+            self.first = reading.slot;
             // With what is left of one frame and the begin of the next all would have come, too.
-            if self.rule.in_order && sequence.is_none() && reading.slot > 0 {
+            if ordered && reading.slot != begin {
                 if !std::mem::replace(&mut self.torn, true) {
                     self.give_up();
                 }

@@ -135,9 +135,7 @@ pub(super) fn law_of_rows(
             .iter()
             .map(|at| (0..width).map(|j| vectors[(j, *at)]).collect())
             .collect(),
-        power_ends: Vec::new(),
         components: slow,
-        component_ends: Vec::new(),
         size: first.sqrt().max(f64::MIN_POSITIVE),
         tops: vec![1.0; SUMS],
         slow_spread: vec![0.0; (times.len() - 1) * slow.min(SLOW) + times.len() * SUMS],
@@ -151,23 +149,10 @@ pub(super) fn law_of_rows(
         *top = root_mean_square(sums.iter().map(|sums| sums[at])).max(f64::MIN_POSITIVE);
     }
     let components: Vec<Vec<f64>> = scaled.iter().map(|row| law.along(row)).collect();
-    law.component_ends = largest(&components);
-    law.power_ends = largest(&scaled.iter().map(|row| law.bases(row)).collect::<Vec<_>>());
     let count = CENTRES[usize::from(law.components > FEW_COMPONENTS)];
     law.centres = centres(&components, count);
     law.length = median_distance(&law.centres);
     Ok(law)
-}
-
-/// Largest size of each column.
-fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut most = vec![f64::MIN_POSITIVE; rows.first().map_or(0, Vec::len)];
-    for row in rows {
-        for (most, value) in most.iter_mut().zip(row) {
-            *most = most.max(value.abs());
-        }
-    }
-    most
 }
 
 /// Standard deviation of the channels in use before the first contact.

@@ -8,18 +8,6 @@ use super::reader::McapReader;
 use super::record::{MAGIC, code, put, put_map, put_text, put_u16, put_u32, put_u64};
 use super::schemas::Topic;
 
-/// Topics of such messages in recordings; channels of these names and with numbers from [`FIRST`] on are ours.
-pub(super) const NAMES: [&str; 6] = [
-    "/taxel/wrench",
-    "/taxel/image",
-    "/taxel/contacts",
-    "/taxel/grid",
-    "/taxel/scene",
-    "/tf",
-];
-/// Least number of a channel of such messages.
-pub(super) const FIRST: u16 = 100;
-
 /// A topic of messages for another program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CompanionTopic {

@@ -3,11 +3,10 @@
 use std::io::{Read, Result};
 
 use super::chunk_list::TOPICS;
-use super::companion;
 use super::order::{Order, Place, Span};
 use super::record::{Attachment, Fields, Metadata, code};
 use super::scanner::{CHUNK_HEAD, Part, Scanner};
-use super::schemas::Topic;
+use super::schemas::{BESIDE, FIRST_BESIDE, Topic};
 use super::writer::{DESCRIPTION, DESCRIPTION_KEY};
 
 /// Damages that are listed one by one.
@@ -368,7 +367,7 @@ fn of_others(records: &[u8]) -> Option<String> {
         fields.u16()?;
         let topic = fields.text()?;
         let own = Topic::of_number(number).map(Topic::name) == Some(topic);
-        let beside = number >= companion::FIRST && companion::NAMES.contains(&topic);
+        let beside = number >= FIRST_BESIDE && BESIDE.contains(&topic);
         (!own && !beside)
             .then(|| format!("its channel {number} is {topic:?}, which taxel does not write"))
     })

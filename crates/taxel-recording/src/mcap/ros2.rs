@@ -2,7 +2,8 @@
 
 use super::TouchMessage;
 use super::cdr::Encoder;
-use super::companion::{Companion, CompanionTopic, FIRST};
+use super::companion::{Companion, CompanionTopic};
+use super::schemas::FIRST_BESIDE;
 
 /// Frame of the sensor in all heads.
 const FRAME: &str = "taxel";
@@ -19,7 +20,7 @@ impl Standard {
     const ALL: [Self; 3] = [Self::Wrench, Self::Image, Self::Contacts];
 
     fn number(self) -> u16 {
-        FIRST + self as u16
+        FIRST_BESIDE + self as u16
     }
 
     /// Name, type, and definition of the type without the types in it.

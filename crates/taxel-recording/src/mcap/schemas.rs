@@ -1,6 +1,19 @@
 //! The topics of a recording: their numbers, which never change, and their types as ROS 2
 //! writes them.
 
+/// Topics of messages for other programs in recordings; channels of these names and with numbers from
+/// [`FIRST_BESIDE`] on are ours.
+pub(super) const BESIDE: [&str; 6] = [
+    "/taxel/wrench",
+    "/taxel/image",
+    "/taxel/contacts",
+    "/taxel/grid",
+    "/taxel/scene",
+    "/tf",
+];
+/// Least number of a channel of such messages.
+pub(super) const FIRST_BESIDE: u16 = 100;
+
 /// A topic of a recording. Its number is fixed for ever, so that a file whose beginning is
 /// destroyed still means something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -92,6 +92,8 @@ pub struct ArrayEstimator {
     captured: Vec<Option<[f64; 2]>>,
     /// Channels that read at the high end while the device was at rest.
     at_end: Vec<bool>,
+    /// True for a channel that had no reading when the zero of others was taken.
+    absent: Vec<bool>,
     capture: Option<RestCapture>,
     /// True after the last frame of a rest capture.
     emptied: bool,
@@ -147,6 +149,7 @@ impl ArrayEstimator {
             }),
             captured: vec![None; channels],
             at_end: vec![false; channels],
+            absent: vec![false; channels],
             capture: None,
             emptied: false,
             awaits_zero: false,
@@ -268,6 +271,7 @@ impl ArrayEstimator {
     pub fn clear_rest(&mut self) {
         self.captured.fill(None);
         self.at_end.fill(false);
+        self.absent.fill(false);
         self.awaits_zero = false;
         self.renew();
     }
@@ -286,6 +290,8 @@ impl ArrayEstimator {
         if rest.captured.len() == self.captured.len() {
             self.captured.clone_from(&rest.captured);
             self.at_end.clone_from(&rest.at_end);
+            let absent = rest.captured.iter().map(Option::is_none);
+            self.absent = absent.map(|absent| absent && self.is_tared()).collect();
             self.awaits_zero = false;
             self.renew();
         }
@@ -367,10 +373,9 @@ impl ArrayEstimator {
         self.still
             .push(values, elapsed, &self.facts, &mut channels.states);
         // A channel that was not there when the zero of the others was taken has none: what it reads is no force.
-        let tared = self.captured.iter().any(Option::is_some);
-        if tared && self.capture.is_none() {
-            for (state, captured) in channels.states.iter_mut().zip(&self.captured) {
-                if captured.is_none() && state.usable() {
+        if self.capture.is_none() {
+            for (state, absent) in channels.states.iter_mut().zip(&self.absent) {
+                if *absent && state.usable() {
                     *state = ChannelState::Faulty;
                 }
             }
@@ -398,6 +403,10 @@ impl ArrayEstimator {
         Some(found.map(|at_end| {
             capture.learn(&mut self.facts);
             self.at_end = at_end;
+            let zeros = self.captured.iter().enumerate();
+            self.absent = zeros
+                .map(|(channel, zero)| zero.is_none() && capture.has_none(channel))
+                .collect();
             self.awaits_zero = false;
             self.emptied = true;
             self.renew();

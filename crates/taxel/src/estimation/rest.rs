@@ -305,6 +305,11 @@ impl RestCapture {
         rest
     }
 
+    /// True if a channel had no reading.
+    pub(super) fn has_none(&self, channel: usize) -> bool {
+        self.readings.channels()[channel].count == 0.0
+    }
+
     /// The least difference of two readings in a row that any channel shows; zero where none differs.
     fn least_jump(&self) -> f64 {
         let jumps = self

@@ -99,14 +99,10 @@ pub struct FeatureLaw {
     pub relative: Vec<f64>,
     /// Largest reading of training over the common scale.
     pub most: f64,
-    /// Largest size in training of what powers are taken of.
-    pub power_ends: Vec<f64>,
     /// Unit vectors in the scaled channels along which frames vary, the most first.
     pub directions: Vec<Vec<f64>>,
     /// How many of them are components u.
     pub components: usize,
-    /// Largest size of each in training.
-    pub component_ends: Vec<f64>,
     /// Root mean square of the first component before it is divided by it.
     pub size: f64,
     /// Root mean square of each sum.
@@ -205,10 +201,6 @@ impl FeatureLaw {
         self.relative.len() == width
             && positive(&self.relative)
             && positive(&[self.most, self.size, self.length])
-            && self.power_ends.len() == self.powers()
-            && positive(&self.power_ends)
-            && self.component_ends.len() == self.components
-            && positive(&self.component_ends)
             && (1..=self.directions.len()).contains(&self.components)
             && rows(&self.directions, width)
             && self.tops.len() == SUMS
@@ -250,7 +242,7 @@ impl FeatureLaw {
             let y = x * relative;
             sums[0] += y;
             sums[1] += rooted(y)[0];
-            // As `within`.
+            // Beyond all readings of training only what is straight or flatter goes on.
             let y = y.clamp(-self.most, self.most);
             let size = y.abs();
             sums[2] += y * size;
@@ -263,7 +255,7 @@ impl FeatureLaw {
     }
 
     /// What powers are taken of: the channels, or components of unit length.
-    pub fn bases(&self, x: &[f64]) -> Vec<f64> {
+    fn bases(&self, x: &[f64]) -> Vec<f64> {
         if self.width() <= MOST_POWERS {
             return x.to_vec();
         }
@@ -281,11 +273,10 @@ impl FeatureLaw {
         }
         let bases = self.bases(x);
         features.extend(bases.iter().map(|g| rooted(*g)[0]));
-        let bases = within(&bases, &self.power_ends);
         features.extend(bases.iter().map(|g| g * g.abs() / 3.0));
         features.extend(bases.iter().map(|g| g * g * g / 10.0));
         features.extend(state.sums);
-        let u = &within(&state.components, &self.component_ends);
+        let u = &state.components;
         let p = &u[..u.len().min(SQUARES)];
         for (i, a) in p.iter().enumerate() {
             features.extend(p[i..].iter().map(|b| a * b));
@@ -306,7 +297,6 @@ impl FeatureLaw {
                 features.extend(slow.iter().map(|m| a * m));
             }
         }
-        let u = &state.components;
         let distances: Vec<f64> = self.centres.iter().map(|c| apart(c, u)).collect();
         for length in LENGTHS {
             let length = length * self.length;
@@ -353,17 +343,15 @@ impl FeatureLaw {
         let powers = of(Block::Powers);
         for (at, g) in bases.iter().enumerate() {
             let [root, square, cube] = [0, 1, 2].map(|power| powers[power * bases.len() + at]);
-            let mut slope = root * rooted(*g)[1];
-            if g.abs() < self.power_ends[at] {
-                slope += square * 2.0 * g.abs() / 3.0 + cube * 3.0 * g * g / 10.0;
-            }
+            let slope =
+                root * rooted(*g)[1] + square * 2.0 * g.abs() / 3.0 + cube * 3.0 * g * g / 10.0;
             if self.width() <= MOST_POWERS {
                 slow[at] += slope;
             } else {
                 add(&mut slow, &self.directions[at], slope);
             }
         }
-        let u = &within(&state.components, &self.component_ends);
+        let u = &state.components;
         let mut of_components = vec![0.0; u.len()];
         of_products(of(Block::Products), u, &mut of_components);
         let slow_sums = of(Block::SlowSums);
@@ -386,12 +374,6 @@ impl FeatureLaw {
                     of_components[i] += weight * state.slow[at];
                     of_slow[at] += weight * u[i];
                 }
-            }
-        }
-        let u = &state.components;
-        for ((slope, u), end) in of_components.iter_mut().zip(u).zip(&self.component_ends) {
-            if u.abs() >= *end {
-                *slope = 0.0;
             }
         }
         let kernels = [Block::Broad, Block::Sharp].into_iter().zip(LENGTHS);
@@ -451,12 +433,6 @@ impl FeatureLaw {
             *slope += by * relative;
         }
     }
-}
-
-/// Values no larger than their ends: beyond all readings of training only what is straight or flatter goes on.
-fn within(values: &[f64], ends: &[f64]) -> Vec<f64> {
-    let values = values.iter().zip(ends);
-    values.map(|(value, end)| value.clamp(-end, *end)).collect()
 }
 
 /// Adds to the slopes of the components u those of Σ wₖ uᵢuⱼ and Σ wₖ uᵢuⱼuₖ.
@@ -649,9 +625,7 @@ mod tests {
         FeatureLaw {
             relative: vec![1.1; width],
             most: 6.0,
-            power_ends: vec![2.0; width.min(if width <= MOST_POWERS { width } else { POWERS })],
             components,
-            component_ends: vec![0.7; components],
             size: 2.0,
             tops: vec![2.0; SUMS],
             slow_spread: vec![1.0; 3 * components + 4 * SUMS],
