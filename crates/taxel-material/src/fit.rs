@@ -5,7 +5,7 @@
 
 use crate::interval::{self, student};
 use crate::law::{Law, Mode};
-use crate::minimum::{simplex, solved};
+use crate::minimum::{least, simplex, solved};
 use crate::steps::Specimen;
 
 /// Form of a law.

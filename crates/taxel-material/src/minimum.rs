@@ -75,7 +75,7 @@ pub(crate) fn simplex(
 
 /// The least value of a function: on a grid between the ends, then by golden sections between
 /// the neighbours of the best, to the root of the rounding.
-fn least(ends: [f64; 2], count: usize, value: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(crate) fn least(ends: [f64; 2], count: usize, value: impl Fn(f64) -> f64) -> (f64, f64) {
     let step = (ends[1] - ends[0]) / (count - 1) as f64;
     let at = |n: usize| ends[0] + step * n as f64;
     let (mut best, mut least) = (ends[0], f64::INFINITY);
