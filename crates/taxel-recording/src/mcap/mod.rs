@@ -11,6 +11,7 @@
 //! those of ROS 2 (`ros2msg` schemas, `cdr` encoding). Nothing is compressed: a torn compressed
 //! chunk is lost whole.
 
+mod accompany;
 mod cdr;
 mod chunk_list;
 mod companion;
@@ -25,7 +26,8 @@ mod schemas;
 mod storage;
 mod writer;
 
-pub use companion::{Companion, CompanionTopic, write_accompanied};
+pub use accompany::write_accompanied;
+pub use companion::{Companion, CompanionTopic};
 pub use message::{
     CertaintyMessage, ClockMessage, ContactMessage, EventMessage, FrameMessage, HealthMessage,
     LinkMessage, MarkMessage, Message, NO_TIME, RECONNECTED, RestKind, RestMessage, TouchMessage,
