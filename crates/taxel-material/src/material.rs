@@ -9,6 +9,7 @@ use taxel_ground::quantity::{
     PositiveTime,
 };
 use taxel_ground::{InputError, shown, toml_input};
+use taxel_numerics::least_squares::NORMAL_95;
 
 use crate::law::Law;
 
@@ -412,11 +413,9 @@ impl Material {
     /// Logarithms of the modulus over that of the law at the median and, as a standard deviation, the width of
     /// the distribution that has the ends of the interval as its 95 %; none without an interval.
     pub fn scatter(&self) -> Option<[f64; 2]> {
-        /// The 97.5 % point of the normal distribution.
-        const Z: f64 = 1.959963984540054;
         let [low, high] = self.interval?.map(f64::ln);
         let median = f64::midpoint(low, high) - self.law.shear_modulus().ln();
-        Some([median, (high - low) / (2.0 * Z)])
+        Some([median, (high - low) / (2.0 * NORMAL_95)])
     }
 
     /// What is outside of the tests at the least and the greatest stretch of a load; `pressed` if

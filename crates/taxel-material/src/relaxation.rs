@@ -338,92 +338,64 @@ fn searched(points: &[[f64; 2]], ramp: (f64, bool), terms: usize, ends: [f64; 2]
 /// ```
 pub fn creep(terms: &[Relaxation]) -> (f64, Vec<Relaxation>) {
     let sum: f64 = terms.iter().map(|term| term.fraction).sum();
-    // s G(s) = 1 - sum g / (1 + tau s), here at s = -rate; its zeros lie between the poles 1/tau.
-    let stiffness = |rate: f64| {
-        1.0 - terms
-            .iter()
-            .map(|term| term.fraction / (1.0 - term.time * rate))
-            .sum::<f64>()
-    };
-    let slope = |rate: f64| {
-        terms
-            .iter()
-            .map(|term| term.fraction * term.time / (1.0 - term.time * rate).powi(2))
-            .sum::<f64>()
-    };
-    let mut poles: Vec<f64> = terms.iter().map(|term| 1.0 / term.time).collect();
-    poles.sort_by(f64::total_cmp);
-    poles.dedup();
-    let mut low = 0.0;
-    let mut found = Vec::new();
-    for pole in poles {
-        // Above at the lower end and below at the upper one, where a term is infinite.
-        let (mut above, mut below) = (low, pole);
-        for _ in 0..200 {
-            let middle = f64::midpoint(above, below);
-            if middle <= above || middle >= below {
-                break;
-            }
-            if stiffness(middle) > 0.0 {
-                above = middle;
-            } else {
-                below = middle;
-            }
-        }
-        let rate = f64::midpoint(above, below);
-        // Residue of 1 / (s^2 G) at s = -rate: J(t) gains share (1 - exp(-rate t)).
-        found.push(Relaxation {
-            fraction: 1.0 / (rate * slope(rate)),
-            time: 1.0 / rate,
-        });
-        low = pole;
-    }
-    (1.0 / (1.0 - sum), found)
+    // s G(s) = 1 - sum g / (1 + tau s).
+    (1.0 / (1.0 - sum), reciprocal(terms, -1.0))
 }
 
 /// The relaxation that belongs to a creep of these terms, as [`creep`] gives them.
 pub fn relaxation_of_creep(terms: &[Relaxation]) -> Vec<Relaxation> {
-    // s J(s) = 1 + sum j / (1 + theta s); the poles of G are its zeros, one beyond each 1/theta.
-    let compliance = |rate: f64| {
-        1.0 + terms
-            .iter()
-            .map(|term| term.fraction / (1.0 - term.time * rate))
-            .sum::<f64>()
-    };
-    let slope = |rate: f64| {
-        terms
-            .iter()
-            .map(|term| term.fraction * term.time / (1.0 - term.time * rate).powi(2))
-            .sum::<f64>()
-    };
-    let mut poles: Vec<f64> = terms.iter().map(|term| 1.0 / term.time).collect();
-    poles.sort_by(f64::total_cmp);
-    poles.dedup();
-    let all: f64 = terms.iter().map(|term| term.fraction).sum();
-    let mut found = Vec::new();
-    for (place, pole) in poles.iter().enumerate() {
-        // Behind the last pole the compliance is one again at this rate at the latest.
-        let most = (1.0 + all) * 2.0 * pole;
-        let (mut below, mut above) = (*pole, poles.get(place + 1).copied().unwrap_or(most));
-        for _ in 0..200 {
-            let middle = f64::midpoint(below, above);
-            if middle <= below || middle >= above {
-                break;
-            }
-            if compliance(middle) < 0.0 {
-                below = middle;
-            } else {
-                above = middle;
-            }
-        }
-        let rate = f64::midpoint(below, above);
-        found.push(Relaxation {
-            fraction: 1.0 / (rate * slope(rate)),
-            time: 1.0 / rate,
-        });
-    }
+    // s J(s) = 1 + sum j / (1 + theta s).
+    let mut found = reciprocal(terms, 1.0);
     found.sort_by(|one, other| one.time.total_cmp(&other.time));
     found
+}
+
+/// Terms of the reciprocal of `1 + sign sum f / (1 + t s)`, from the slowest rate on: its zeros lie at s = -rate, one
+/// before each pole 1/t where the sign is negative and one behind each where it is positive, with residues that say by
+/// how much the reciprocal changes.
+fn reciprocal(terms: &[Relaxation], sign: f64) -> Vec<Relaxation> {
+    let value = |rate: f64| {
+        let terms = terms
+            .iter()
+            .map(|term| term.fraction / (1.0 - term.time * rate));
+        1.0 + sign * terms.sum::<f64>()
+    };
+    let slope = |rate: f64| {
+        let of = |term: &Relaxation| term.fraction * term.time / (1.0 - term.time * rate).powi(2);
+        terms.iter().map(of).sum::<f64>()
+    };
+    let mut ends: Vec<f64> = terms.iter().map(|term| 1.0 / term.time).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.dedup();
+    if sign < 0.0 {
+        ends.insert(0, 0.0);
+    } else if let Some(last) = ends.last() {
+        // Behind the last pole the sum is above zero at this rate at the latest.
+        let all: f64 = terms.iter().map(|term| term.fraction).sum();
+        ends.push((1.0 + all) * 2.0 * last);
+    }
+    let zero = |pair: &[f64]| {
+        let (mut low, mut high) = (pair[0], pair[1]);
+        // Halved until no number lies between.
+        loop {
+            let middle = f64::midpoint(low, high);
+            if middle <= low || middle >= high {
+                break middle;
+            }
+            if sign * value(middle) < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+    };
+    let rates = ends.windows(2).map(zero);
+    rates
+        .map(|rate| Relaxation {
+            fraction: 1.0 / (rate * slope(rate)),
+            time: 1.0 / rate,
+        })
+        .collect()
 }
 
 /// Share of the sudden stress that a pull of constant rate measures after `time`.

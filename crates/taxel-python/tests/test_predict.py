@@ -23,6 +23,7 @@ LOADS = {
     "microchannel": [("pressure", 0.0, 40e3)],
     "measured_force": [("force_z", -1.0, 5.0)],
     "cells": [("force_z", 0.0, 5.0)],
+    "magnetic_skin": [("force_x", -0.5, 0.5), ("force_y", -0.5, 0.5), ("force_z", 0.0, 2.0)],
 }
 
 

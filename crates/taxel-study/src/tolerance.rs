@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use taxel::table::{Cell, Column};
 use taxel_numerics::dense::cholesky;
+use taxel_numerics::least_squares::NORMAL_95;
 
 use crate::file::AfterFile;
 use crate::plans::{draw, seeded};
@@ -97,12 +98,11 @@ pub struct Tolerance {
 
 /// Wilson's 95 % interval of `good` of `count`.
 pub fn wilson(good: usize, count: usize) -> Estimate {
-    const Z: f64 = 1.959963984540054;
     let n = count as f64;
     let share = good as f64 / n;
-    let z2 = Z * Z / n;
+    let z2 = NORMAL_95 * NORMAL_95 / n;
     let middle = (share + 0.5 * z2) / (1.0 + z2);
-    let half = Z / (1.0 + z2) * (share * (1.0 - share) / n + 0.25 * z2 / n).sqrt();
+    let half = NORMAL_95 / (1.0 + z2) * (share * (1.0 - share) / n + 0.25 * z2 / n).sqrt();
     Estimate {
         value: share,
         error: (share * (1.0 - share) / n).sqrt(),

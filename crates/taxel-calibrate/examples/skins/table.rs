@@ -100,15 +100,22 @@ impl Table {
             .map(|(_, own)| own)
     }
 
+    /// What is known of a target from the first frame that is judged on, with what is said of it.
+    fn judged<'a, T>(
+        &'a self,
+        name: &str,
+        said: &'a [T],
+    ) -> impl Iterator<Item = (&'a f64, &'a T)> {
+        let known = self.target(name).into_iter().flatten().zip(said);
+        known
+            .skip(self.first)
+            .filter(|(known, _)| known.is_finite())
+    }
+
     /// Root mean square error of estimates of a target.
     pub(crate) fn error(&self, name: &str, estimates: &[f64]) -> f64 {
-        let known = self
-            .target(name)
-            .into_iter()
-            .flatten()
-            .zip(estimates)
-            .skip(self.first);
-        let known = known.filter(|(known, own)| known.is_finite() && own.is_finite());
+        let known = self.judged(name, estimates);
+        let known = known.filter(|(_, own)| own.is_finite());
         let (sum, count) = known.fold((0.0, 0.0), |(s, n), (known, own)| {
             (s + (known - own) * (known - own), n + 1.0)
         });
@@ -117,15 +124,8 @@ impl Table {
 
     /// Share of the known values of a target, in percent, that are within the intervals of estimates that are known.
     pub(crate) fn held(&self, name: &str, estimates: &[[f64; 2]]) -> f64 {
-        let known = self
-            .target(name)
-            .into_iter()
-            .flatten()
-            .zip(estimates)
-            .skip(self.first);
-        let known = known.filter(|(known, [own, deviation])| {
-            known.is_finite() && own.is_finite() && deviation.is_finite()
-        });
+        let known = self.judged(name, estimates);
+        let known = known.filter(|(_, said)| said.iter().all(|value| value.is_finite()));
         let (held, count) = known.fold((0.0, 0.0), |(held, n), (known, [own, deviation])| {
             (
                 held + f64::from(u8::from((known - own).abs() < 1.96 * deviation)),

@@ -142,7 +142,7 @@ pub fn train_forces(
     tared: bool,
 ) -> Result<TrainedForces, TrainingError> {
     let about = (offset, tared);
-    let all = Learned::of(runs, None, about)?;
+    let mut all = Learned::of(runs, None, about)?;
     let parts: Vec<Vec<HeldOutReadings>> = Fold::all(runs)
         .par_iter()
         .map(|fold| {
@@ -157,16 +157,15 @@ pub fn train_forces(
             all.append(own);
         }
     }
-    let replayed = replayed_error(runs, &all)?;
-    let LearnedForces {
-        mut map,
-        candidates,
-    } = all.forces;
+    let map = &mut all.forces.map;
     let maps = std::iter::once(&mut map.pressing);
     let maps = maps.chain(map.components.iter_mut().map(|one| &mut one.map));
     for (map, held_out) in maps.zip(&mut held_out) {
         widen(map, held_out, runs.len());
     }
+    // Live follows drift by the deviations that the maps now have.
+    let replayed = replayed_error(runs, &all)?;
+    let LearnedForces { map, candidates } = all.forces;
     Ok(TrainedForces {
         map,
         candidates,

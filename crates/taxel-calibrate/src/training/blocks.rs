@@ -5,9 +5,7 @@
 //! whole blocks of time outside the training show what a map is worth.
 
 use serde::Serialize;
-
-/// Two-sided 95 % of the normal law, in deviations.
-pub const NORMAL_95: f64 = 1.959963984540054;
+use taxel_numerics::least_squares::NORMAL_95;
 
 /// The rows of each of `count` blocks of consecutive rows, as even as can be.
 pub fn blocks_of_time(rows: usize, count: usize) -> Vec<std::ops::Range<usize>> {

@@ -22,7 +22,7 @@ mod session;
 
 pub(crate) use across::{REST_FRAMES, WITHIN_ANOTHER, maps_of};
 pub use across::{TrainedForces, delay_of_scale, train_forces};
-pub use blocks::{NORMAL_95, Score, blocks_of_time, interval_factor};
+pub use blocks::{Score, blocks_of_time, interval_factor};
 pub use design::{Candidate, HeldOutReadings};
 pub use force::LearnedForces;
 pub(crate) use force::{DELAY_READINGS, Quick};
@@ -35,3 +35,4 @@ pub use scale_clock::ScaleClock;
 pub use series::Series;
 pub(crate) use session::CONTACT_SHARE;
 pub use session::{STANDARD_GRAVITY, Session};
+pub use taxel_numerics::least_squares::NORMAL_95;

@@ -543,9 +543,9 @@ fn a_training_run_replayed_has_the_residuals_of_the_training() {
     let recording = format!("{run}/sensor.csv");
     let text = estimated(&recording, &file, &table);
     let errors = errors(&text);
-    // Four printed digits, and the readings of the scale before the first frame.
+    // Four printed digits, and one reading of 523 after the last frame, which adds at most its share.
     assert!(
-        (rms(&errors) - printed).abs() < 2e-3,
+        (rms(&errors) - printed).abs() < 5e-4,
         "{} {printed}",
         rms(&errors)
     );

@@ -24,7 +24,7 @@ pub use identifiability::{Direction, Member};
 pub use iteration::Stop;
 pub use loss::Loss;
 pub use profile::{leave_groups_out, profile_interval, wide_profile_interval};
-pub use quantile::student_quantile;
+pub use quantile::{NORMAL_95, student_quantile};
 
 pub use dense::singular_values;
 
@@ -412,7 +412,7 @@ fn estimate(
     let (status, interval) = match (of_data, parameter.prior) {
         (None, _) => (Status::Fixed, [value; 2]),
         (Some(_), Some(prior)) if deviation > PRIOR_ONLY * prior.deviation => {
-            let half = student_quantile(0.975, f64::INFINITY) * prior.deviation;
+            let half = NORMAL_95 * prior.deviation;
             (Status::PriorOnly, around(prior.value, half))
         }
         (Some(of_data), None) if of_data > 1.0 => (Status::NotIdentifiable, [low, high]),

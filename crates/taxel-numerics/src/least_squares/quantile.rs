@@ -5,6 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::roots::ridders;
 use crate::special::gauss_panel;
 
+/// Half the two-sided 95 % interval of the normal law, in standard deviations.
+pub const NORMAL_95: f64 = 1.959963984540054;
+
 /// From here on the distribution is expanded about the normal one, to 1e-8.
 const MANY: f64 = 40.0;
 

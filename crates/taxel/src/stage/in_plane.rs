@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::{
-    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart, HALF, PartParameter,
-    image, searched,
+    CellEstimate, CellLaw, CellLoad, CellQuantity, CellState, ChainPart, PartParameter, image,
+    searched,
 };
 use crate::quantity::CAPACITANCE;
 use crate::transduction::{ForceCurve, InPlaneError, InPlaneModel};
+use taxel_numerics::least_squares::NORMAL_95;
 
 /// A value below this share of the least capacitance of the model, or above its reciprocal times
 /// the rest value, is no capacitor.
@@ -139,7 +140,7 @@ impl CellLaw for InPlaneCell {
                 Some(_) => CellState::Ambiguous,
                 None => CellState::Beyond,
             };
-            let least = (change - HALF * deviation).clamp(0.0, last.change);
+            let least = (change - NORMAL_95 * deviation).clamp(0.0, last.change);
             return CellEstimate::bound(curve.force(least), state);
         }
         let [low, high] = [change - deviation, (change + deviation).min(last.change)];

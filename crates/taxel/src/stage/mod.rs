@@ -39,6 +39,7 @@ use crate::information::Information;
 use crate::quantity::Dimension;
 use crate::signal::NumberScale;
 use taxel_ground::summary::Fact;
+use taxel_numerics::least_squares::NORMAL_95;
 use taxel_numerics::roots::ridders;
 
 pub use board::{Board, LinearReadout};
@@ -226,9 +227,6 @@ impl CellEstimate {
     }
 }
 
-/// Half a 95 % interval in standard deviations.
-const HALF: f64 = 1.959963984540054;
-
 /// Load on a cell to its value: a curve that rises or falls all the way.
 pub trait CellLaw: ChainPart {
     /// A copy.
@@ -325,7 +323,7 @@ fn image<L: CellLaw + ?Sized>(law: &L, value: f64, deviation: f64, largest: f64)
             CellEstimate::nothing(CellState::BelowRest)
         };
     }
-    let ends = [-HALF, HALF].map(|side| law.inverse(value + side * deviation, largest));
+    let ends = [-NORMAL_95, NORMAL_95].map(|side| law.inverse(value + side * deviation, largest));
     let half = match ends.map(f64::is_nan) {
         [false, false] => 0.5 * (ends[1] - ends[0]),
         [false, true] => load - ends[0],
@@ -335,7 +333,7 @@ fn image<L: CellLaw + ?Sized>(law: &L, value: f64, deviation: f64, largest: f64)
     };
     CellEstimate {
         load,
-        deviation: half / HALF,
+        deviation: half / NORMAL_95,
         state: CellState::Ok,
     }
 }

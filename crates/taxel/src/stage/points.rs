@@ -8,11 +8,11 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::{
-    CellEstimate, CellLaw, CellQuantity, CellState, ChainPart, HALF, PartError, PartParameter,
-    image,
+    CellEstimate, CellLaw, CellQuantity, CellState, ChainPart, PartError, PartParameter, image,
 };
 use crate::electronics::{NUMBER, Stated};
 use crate::quantity::{self, Checked, Dimension, NonNegativeStress, VALUE};
+use taxel_numerics::least_squares::NORMAL_95;
 use taxel_numerics::{MonotoneCurve, OnCurve};
 
 /// One measured point of a cell.
@@ -423,8 +423,10 @@ impl CellLaw for Points {
     fn estimate(&self, value: f64, deviation: f64, largest: f64) -> CellEstimate {
         let found = image(self, value, deviation, largest);
         let outward = deviation.copysign(self.value(largest) - self.value(0.0));
-        if found.state == CellState::Ok && self.inverse(value + HALF * outward, largest).is_nan() {
-            let least = self.inverse(value - HALF * outward, largest);
+        if found.state == CellState::Ok
+            && self.inverse(value + NORMAL_95 * outward, largest).is_nan()
+        {
+            let least = self.inverse(value - NORMAL_95 * outward, largest);
             return CellEstimate::bound(least, CellState::Beyond);
         }
         found
