@@ -790,3 +790,25 @@ fn a_counter_of_packets_that_begins_again_says_where() {
         );
     }
 }
+
+/// Values that all follow one periodic signal, of any period, step and width, are no addresses.
+#[test]
+fn values_in_step_are_no_addresses() {
+    for (period, step, width) in [(3, 1, 2), (7, 2, 1), (13, 1, 2), (24, 3, 2), (40, 1, 1)] {
+        let packet = |n: u64| {
+            let values = (0..6).flat_map(move |channel| {
+                let value = 20 + 7 * channel + step * (n % period);
+                value.to_be_bytes()[8 - width..].to_vec()
+            });
+            let mut packet: Vec<u8> = [0xa5, 0x5a, n as u8].into_iter().chain(values).collect();
+            let sum: u16 = packet.iter().map(|byte| u16::from(*byte)).sum();
+            packet.extend(sum.to_be_bytes());
+            packet
+        };
+        let wire: Vec<u8> = (0..1500).flat_map(packet).collect();
+        let found = draft(&wire, None).expect("packets with a check");
+        assert!(!found.file.contains("address"), "{period}: {}", found.file);
+        let count = frames(&found.file, &wire).len();
+        assert_eq!(count, 1500, "{period}: {}", found.file);
+    }
+}

@@ -1,38 +1,41 @@
-//! Dimensions as exponents of metre, kilogram, second and ampere.
+//! Dimensions as exponents of metre, kilogram, second, ampere and kelvin.
 
 use taxel::quantity::{self, Dimension};
 
-/// Exponents of m, kg, s, A.
+/// Exponents of m, kg, s, A, K.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exponents(pub [f64; 4]);
+pub struct Exponents(pub [f64; 5]);
 
 /// Of a plain number.
-pub const NONE: Exponents = Exponents([0.0; 4]);
+pub const NONE: Exponents = Exponents([0.0; 5]);
 
 /// SI units by the symbol that ends a key, and by that of files.
-const UNITS: &[(&str, [f64; 4])] = &[
-    ("m", [1.0, 0.0, 0.0, 0.0]),
-    ("s", [0.0, 0.0, 1.0, 0.0]),
-    ("hz", [0.0, 0.0, -1.0, 0.0]),
-    ("n", [1.0, 1.0, -2.0, 0.0]),
-    ("pa", [-1.0, 1.0, -2.0, 0.0]),
-    ("f", [-2.0, -1.0, 4.0, 2.0]),
-    ("kg", [0.0, 1.0, 0.0, 0.0]),
-    ("c", [0.0, 0.0, 1.0, 1.0]),
-    ("ohm", [2.0, 1.0, -3.0, -2.0]),
-    ("siemens", [-2.0, -1.0, 3.0, 2.0]),
-    ("v", [2.0, 1.0, -3.0, -1.0]),
-    ("j", [2.0, 1.0, -2.0, 0.0]),
-    ("rad", [0.0; 4]),
-    ("share", [0.0; 4]),
-    ("ratio", [0.0; 4]),
-    ("", [0.0; 4]),
+const UNITS: &[(&str, [f64; 5])] = &[
+    ("m", [1.0, 0.0, 0.0, 0.0, 0.0]),
+    ("s", [0.0, 0.0, 1.0, 0.0, 0.0]),
+    ("hz", [0.0, 0.0, -1.0, 0.0, 0.0]),
+    ("n", [1.0, 1.0, -2.0, 0.0, 0.0]),
+    ("pa", [-1.0, 1.0, -2.0, 0.0, 0.0]),
+    ("f", [-2.0, -1.0, 4.0, 2.0, 0.0]),
+    ("kg", [0.0, 1.0, 0.0, 0.0, 0.0]),
+    ("c", [0.0, 0.0, 1.0, 1.0, 0.0]),
+    ("ohm", [2.0, 1.0, -3.0, -2.0, 0.0]),
+    ("siemens", [-2.0, -1.0, 3.0, 2.0, 0.0]),
+    ("v", [2.0, 1.0, -3.0, -1.0, 0.0]),
+    ("j", [2.0, 1.0, -2.0, 0.0, 0.0]),
+    ("t", [0.0, 1.0, -2.0, -1.0, 0.0]),
+    ("k", [0.0, 0.0, 0.0, 0.0, 1.0]),
+    ("rad", [0.0; 5]),
+    ("share", [0.0; 5]),
+    ("ratio", [0.0; 5]),
+    ("1", [0.0; 5]),
+    ("", [0.0; 5]),
 ];
 
 impl Exponents {
     /// Of a unit as it ends a key of JSON, such as `n_per_m`; none for one that is not known.
     pub fn of_key(key: &str) -> Option<Self> {
-        let mut sum = [0.0; 4];
+        let mut sum = [0.0; 5];
         let mut sign = 1.0;
         for word in key.split('_') {
             if word == "per" {
@@ -79,7 +82,7 @@ impl Exponents {
 
     /// The product of base units, such as `kg m^-1 s^-2`.
     pub fn unit(self) -> String {
-        let parts = ["m", "kg", "s", "A"].iter().zip(self.0);
+        let parts = ["m", "kg", "s", "A", "K"].iter().zip(self.0);
         let parts = parts.filter(|(_, power)| *power != 0.0);
         let words: Vec<_> = parts
             .map(|(name, power)| {

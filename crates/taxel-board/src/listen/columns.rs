@@ -204,6 +204,8 @@ struct Cycle {
     first: u64,
     step: u64,
     count: usize,
+    /// False if other numbers keep step with it: a packet has one address, and these are values of one signal.
+    alone: bool,
 }
 
 /// Cycles that a claim needs: the first and the last may be cut, and what is proposed must take nearly all.
@@ -216,7 +218,7 @@ fn cycle(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<Cycle> {
         return None;
     }
     let narrow = |number: &Number| number.bytes < 4;
-    let mut found = numbers(body).filter(narrow).filter_map(|number| {
+    let found = numbers(body).filter(narrow).filter_map(|number| {
         let moves = |at: usize| packets.iter().any(|packet| packet[at] != packets[0][at]);
         if !goes_on(number, packets) || !number.range().all(moves) {
             return None;
@@ -240,11 +242,15 @@ fn cycle(packets: &[&[u8]], body: std::ops::Range<usize>) -> Option<Cycle> {
             first,
             step,
             count,
+            alone: true,
         })
     });
+    let found: Vec<Cycle> = found.collect();
     // Of a wide number whose bytes go in cycles the narrow one is as good.
-    let wide = found.next()?;
-    Some(found.last().unwrap_or(wide))
+    let cycle = *found.last()?;
+    let in_step = |other: &Cycle| other.count == cycle.count && other.number.is_apart(cycle.number);
+    let alone = !found.iter().any(in_step);
+    Some(Cycle { alone, ..cycle })
 }
 
 /// True if most steps of a number are the same and up in one of three short stretches: all else is no cycle, which
@@ -386,7 +392,7 @@ pub(super) fn describe(packets: &[&[u8]], cut: Cut) -> Described {
     } else {
         cycle(packets, body.clone())
     };
-    let address = cycle.filter(|cycle| cycle.is_address(packets, body.clone()));
+    let address = cycle.filter(|cycle| cycle.alone && cycle.is_address(packets, body.clone()));
     found.cyclic = cycle.is_some();
     let counters = counted(packets, &body, cycle, address);
     let widest = counters.first().map(|counter| counter.number);

@@ -122,7 +122,9 @@ impl MagnetShape {
     /// let disc = MagnetShape::Cylinder(CylinderMagnet { diameter: 3e-3, height: 1e-3 });
     /// let pose = MagnetPose { position: [0.0; 3], tilt: [0.0; 2] };
     /// let [_, _, up] = disc.field(1.2, &pose, [0.0, 0.0, 3e-3]).field;
-    /// assert!((up - 0.0382).abs() < 1e-4); // T
+    /// // On its axis the field is remanence/2 (3.5/√(3.5² + 1.5²) − 2.5/√(2.5² + 1.5²)), lengths in mm.
+    /// let expected = 0.6 * (3.5 / 14.5_f64.sqrt() - 2.5 / 8.5_f64.sqrt());
+    /// assert!((up - expected).abs() < 1e-12); // 0.0370 T
     /// ```
     pub fn field(&self, remanence: f64, pose: &MagnetPose, point: [f64; 3]) -> MagnetField {
         let (turn, by_tilt) = rotation(pose.tilt);
