@@ -3,7 +3,7 @@
 //! sensors and problems; it knows no sensor and opens no file.
 //!
 //! The order of work: [`read`] a file, take out what is no loading of the material
-//! ([`prepare`]), [`fit`] laws, [`choose`] among them.
+//! ([`prepare`]), fit laws ([`fits`]), [`choose`] among them.
 //!
 //! # Example
 //! ```
