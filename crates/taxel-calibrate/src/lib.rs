@@ -93,4 +93,4 @@ pub use propagated::Propagated;
 pub use readings::{ReadingTable, TIME};
 pub use remark::Remark;
 pub use split::{Branch, HoldOut, branches, turns};
-pub use trained::{TrainedOutcome, TrainingFile, train};
+pub use trained::{TrainedOutcome, TrainingFile, train, train_saying};

@@ -1,8 +1,11 @@
 //! Learned maps as tables of the calibration file.
 
 use std::fmt::Write as _;
+use std::io::Write;
 
+use serde::Serialize as _;
 use serde_json::Value;
+use serde_json::ser::{Formatter, Serializer};
 
 use taxel::trained::TrainedMaps;
 
@@ -18,26 +21,23 @@ pub(crate) fn append(text: &mut String, maps: &TrainedMaps) {
     table(text, KEY, &value);
 }
 
+/// Writes numbers of nine digits.
+struct NineDigits;
+
+impl Formatter for NineDigits {
+    fn write_f64<W: Write + ?Sized>(&mut self, to: &mut W, value: f64) -> std::io::Result<()> {
+        write!(to, "{value:.8e}")
+    }
+}
+
 /// The maps with numbers of nine digits, as the file keeps them: what was
 /// trained is then what is read. `None` for numbers that no file can hold.
 pub(crate) fn rounded(maps: TrainedMaps) -> Option<TrainedMaps> {
-    let mut value = serde_json::to_value(maps).ok()?;
-    round(&mut value);
-    serde_json::from_value(value).ok()
-}
-
-fn round(value: &mut Value) {
-    match value {
-        Value::Array(items) => items.iter_mut().for_each(round),
-        Value::Object(keys) => keys.values_mut().for_each(round),
-        Value::Number(number) if number.is_f64() => {
-            let nine = number
-                .as_f64()
-                .and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
-            *value = nine.map_or(Value::Null, Value::from);
-        }
-        _ => {}
-    }
+    let mut text = Vec::new();
+    maps.serialize(&mut Serializer::with_formatter(&mut text, NineDigits))
+        .ok()?;
+    drop(maps);
+    serde_json::from_slice(&text).ok()
 }
 
 /// One table with its own tables below it.

@@ -25,6 +25,7 @@ impl Choice {
                     "interval_pa": fit.interval,
                     "standard_errors": fit.standard_errors,
                     "slack": fit.slack,
+                    "modulus_with_slack_pa": fit.modulus_with_slack,
                     "preload_stretch": fit.preload_stretch,
                     "rms": fit.rms(),
                     "aicc": fit.aicc(),

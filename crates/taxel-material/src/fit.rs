@@ -107,6 +107,8 @@ pub struct Fit {
     pub slack: f64,
     /// True if the slack is one of the fitted constants.
     pub slack_fitted: bool,
+    /// Shear modulus of the same law fitted with the slack left in, Pa; none where none was taken out.
+    pub modulus_with_slack: Option<f64>,
     /// Shear modulus, Pa.
     pub shear_modulus: f64,
     /// Mean square of the weighted residuals.
@@ -856,11 +858,14 @@ fn from(
         return without();
     }
     let (outer, _) = problem.searched(start, true, None);
-    let with = finished(problem, outer, true)?;
+    let without = without()?;
+    let with = Fit {
+        modulus_with_slack: Some(without.shear_modulus),
+        ..finished(problem, outer, true)?
+    };
     if slack == Slack::Fitted {
         return Ok(with);
     }
-    let without = without()?;
     // F of 95 % for one and some degrees of freedom is the square of Student's t.
     let needed = student(with.freedom).powi(2) / with.freedom;
     let matters = with.slack >= LEAST_SLACK && without.misfit / with.misfit - 1.0 > needed;
@@ -903,6 +908,7 @@ fn finished(problem: &Problem<'_>, outer: Outer, fit_slack: bool) -> Result<Fit,
         exponents: outer.exponents[..form.terms()].to_vec(),
         slack: outer.slack,
         slack_fitted: fit_slack,
+        modulus_with_slack: None,
         shear_modulus: shear,
         misfit: inner.misfit,
         effective,

@@ -418,17 +418,23 @@ impl Material {
         Some([median, (high - low) / (2.0 * NORMAL_95)])
     }
 
-    /// What is outside of the tests at the least and the greatest stretch of a load; `pressed` if
-    /// it is one that only a test of compression has.
-    pub fn beyond(&self, [low, high]: [f64; 2], pressed: bool) -> Option<String> {
-        let modes: Vec<_> = self.modes.iter().map(|mode| mode.name()).collect();
-        let modes = modes.join(", ");
+    /// What is outside of the tests at the least and the greatest stretch of a load, where these are known;
+    /// `pressed` if it is one that only a test of compression has.
+    pub fn beyond(&self, stretch: Option<[f64; 2]>, pressed: bool) -> Option<String> {
         if pressed && !self.modes.contains(&Tested::Compression) {
-            return Some(format!(
-                "the layer is pressed to a stretch of {low:.2}; the law was tested in {modes} only"
-            ));
+            let modes: Vec<_> = self.modes.iter().map(|mode| mode.name()).collect();
+            let far = stretch.map_or_else(
+                || ", how far is not computed".into(),
+                |[low, _]| format!(" to a stretch of {low:.2}"),
+            );
+            let tested = if modes.is_empty() {
+                "its source does not say how the law was tested".to_owned()
+            } else {
+                format!("the law was tested in {} only", modes.join(", "))
+            };
+            return Some(format!("the material is pressed{far}; {tested}"));
         }
-        let [least, most] = self.stretch?;
+        let ([low, high], [least, most]) = (stretch?, self.stretch?);
         (low < least || high > most).then(|| {
             format!("stretches of {low:.2} to {high:.2}; the law was tested from {least} to {most}")
         })

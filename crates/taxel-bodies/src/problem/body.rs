@@ -443,6 +443,9 @@ impl Body {
     pub fn columns(&self) -> Vec<Column> {
         let mut columns = vec![Column::plain("step")];
         let file = &self.file;
+        if !file.durations.is_empty() {
+            columns.push(Column::new("time", "s", 1.0, "s", 3));
+        }
         for (driver, dimension) in file.parameter.iter().zip(&self.dimensions) {
             columns.push(column(&driver.name, dimension));
             if driver.prescribes.is_some() {
@@ -593,13 +596,16 @@ impl Body {
         }
     }
 
-    /// Numbers of a row at the present state, SI.
+    /// Numbers of the next row, at the present state, SI.
     fn values(&mut self) -> Result<Vec<f64>, Reason> {
         let assembled = self.solver.evaluate().map_err(|failure| failure.reason)?;
         let (file, depth) = (&self.file, self.file.depth());
         let (problem, state) = (self.solver.problem(), self.solver.state());
         let components = self.axes.len();
         let mut values = Vec::new();
+        if !file.durations.is_empty() {
+            values.push(file.durations[..self.rows.len()].iter().sum());
+        }
         for (number, driver) in file.parameter.iter().enumerate() {
             let own = state.parameters[number];
             match &driver.prescribes {

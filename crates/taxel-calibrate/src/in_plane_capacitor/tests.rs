@@ -442,3 +442,32 @@ fn a_bench_without_hysteresis_gets_none() {
         assert!(names.into_iter().all(|name| !name.contains("hysteresis")));
     });
 }
+
+/// A named material is what is known of the modulus before the readings: the two ends of its interval are those of
+/// 95 % of a log-normal distribution, and its expected modulus is that in the middle.
+#[test]
+fn the_interval_of_a_named_material_is_the_prior_of_the_modulus() {
+    let drawn = 3.0 * 345.03e3;
+    let expected = |modulus: &str| {
+        let text = format!("[element.in_plane_capacitor.layer]\nyoungs_modulus = {modulus}\n");
+        let sensor = published("in-plane-50um");
+        let named = [NamedSensor {
+            name: "named.toml",
+            text: &text,
+            sensor: &sensor,
+        }];
+        let calibrator = InPlaneCalibrator::new(&named).unwrap();
+        calibrator.expected_modulus(drawn)
+    };
+    let [middle, deviation] = expected("{ material = \"rtv615\" }");
+    let ends = [342.9e3, 350.5e3_f64];
+    let known = 3.0 * (ends[0] * ends[1]).sqrt();
+    let width = (ends[1] / ends[0]).ln() / (2.0 * 1.96);
+    // The quantile has three digits here.
+    assert!((middle / known - 1.0).abs() < 1e-4, "{middle} {known}");
+    assert!(
+        (deviation / (known * width) - 1.0).abs() < 1e-3,
+        "{deviation}"
+    );
+    assert_eq!(expected("\"1.2 MPa\""), [drawn, MODULUS_PRIOR * drawn]);
+}

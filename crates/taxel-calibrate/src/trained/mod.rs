@@ -45,6 +45,19 @@ pub fn train(
     groups: &[Vec<TrainingFile>],
     options: &CalibrateOptions,
 ) -> Result<TrainedOutcome, InputError> {
+    train_saying(named, groups, options, &|_| ())
+}
+
+/// The same; `said` hears what is learned next, in words.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_saying(
+    named: &NamedSensor<'_>,
+    groups: &[Vec<TrainingFile>],
+    options: &CalibrateOptions,
+    said: &dyn Fn(&str),
+) -> Result<TrainedOutcome, InputError> {
     let first = groups.iter().flatten().next();
     let file = first.map_or("recordings", |file| file.name.as_str());
     let array = named
@@ -85,9 +98,16 @@ pub fn train(
     let noisier = rest.as_ref().and_then(|rest| noisier(named, rest, &broken));
     found.remarks.extend(noisier);
     let at_rest = rest.as_ref().map(|rest| &rest.mean[..]);
+    let frames: usize = runs
+        .iter()
+        .map(|run| run.session.sensor.times().len())
+        .sum();
+    let size = format!("{frames} frames of {} channels", masked.len());
+    said(&format!("positions of {size}"));
     let (position, place) =
         place::train(&runs, &array.area(), at_rest.filter(|_| tared), &mut found)?;
     let tared = tared || position.is_none();
+    said(&format!("forces of {size}, each part held out in turn"));
     let force = force::train(
         &runs,
         named.sensor.electronics.frame_rate,
@@ -95,6 +115,7 @@ pub fn train(
         &mut found,
     )?;
     let sessions: Vec<Session> = runs.iter().map(|run| run.session.clone()).collect();
+    said(&format!("how the channels of {size} hang together"));
     let relation =
         trained_relation(&sessions, None, tared).map_err(|error| failed(file, &error))?;
     if position.is_none() && force.is_none() {
@@ -108,6 +129,7 @@ pub fn train(
         };
         return Err(InputError::whole(file, message).help(help));
     }
+    drop((sessions, runs));
     let rest = rest.filter(|_| force.is_some() || tared);
     if let Some(rest) = rest.as_ref().filter(|rest| rest.recovery > 0.0) {
         found.remarks.push(Remark::whole(format!(

@@ -43,11 +43,10 @@ pub(super) fn train(
     let deep = presses.rows.by_force || !presses.one_depth();
     let candidates = candidates(deep, &presses, whole_runs);
     let failed = |error| failed(name, &error);
-    let (mut map, tried, best) =
-        trained_position(&presses.rows, &splits, &candidates).map_err(failed)?;
-    let held_out = &tried[best];
+    let (mut map, tried) = trained_position(&presses.rows, &splits, &candidates).map_err(failed)?;
+    let held_out = &tried.held_out;
     map.tared = rest.is_some();
-    let options = &candidates[best];
+    let options = &candidates[tried.best];
     found.remarks.push(Remark::whole(format!(
         "place: surface of {} x {}{} intervals, smoothing {}, without the first {:.0} % of the presses{}; best of {} by the \
          likelihood of held-out presses",

@@ -67,26 +67,25 @@ pub(crate) fn train_place(
     let (standard, _) = scale_of(runs, None)?;
     let longest = runs.iter().map(|run| run.sensor.longest_step());
     let longest_step = longest.fold(0.0, f64::max);
-    let (rows, places) = patterns_of(runs, readings, &standard, longest_step);
-    let width = standard.used.len() + 1;
-    let patterns = |law: usize| -> Vec<Vec<f64>> {
-        let part = |row: &Vec<f64>| match law {
-            0 => row[..width].to_vec(),
-            _ => row[width..row.len() - 1].to_vec(),
-        };
-        rows.iter().map(part).collect()
-    };
+    let Patterns {
+        rows,
+        sizes,
+        places,
+    } = patterns_of(runs, readings, &standard, longest_step);
     if rows.is_empty() {
         return Err(TrainingError::TooFew {
             found: 0,
             needed: 1,
         });
     }
-    let [own, both] = [0, 1].map(patterns);
+    // The pattern by itself is the beginning of that with what changed lately.
+    let width = standard.used.len() + 1;
+    let own: Vec<&[f64]> = rows.iter().map(|row| &row[..width]).collect();
+    let both: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
     let laws = [law_of_patterns(&own)?, law_of_patterns(&both)?];
     let features = features_of(&laws, &own, &both);
     let parts = [(&laws[0], &BLOCKS[..]), (&laws[1], &BLOCKS[..])];
-    let directions = |pattern: &Vec<f64>| -> Vec<f64> {
+    let directions = |pattern: &&[f64]| -> Vec<f64> {
         laws[0]
             .directions
             .iter()
@@ -133,8 +132,7 @@ pub(crate) fn train_place(
         let beside: Vec<Vec<f64>> = nearest.iter().map(beside).collect();
         let mixture = design.mixed(&FORMS, &targets, Some(&beside))?;
         let order = design.places.iter().flatten().filter_map(index);
-        let sizes = order.map(|row| rows[row][rows[row].len() - 1]);
-        Ok(axis_of(mixture, sizes))
+        Ok(axis_of(mixture, order.map(|row| sizes[row])))
     };
     let [x, y] = [axis(0)?, axis(1)?];
     let components: Vec<Vec<f64>> = own.iter().map(|pattern| laws[0].along(pattern)).collect();
@@ -164,14 +162,24 @@ pub(crate) fn train_place(
     })
 }
 
-/// Of each reading both patterns one after the other, and the size; and its run and number.
+/// Patterns of readings.
+#[derive(Default)]
+struct Patterns {
+    /// Of each reading the pattern with what changed lately.
+    rows: Vec<Vec<f64>>,
+    /// Its size.
+    sizes: Vec<f64>,
+    /// Its run and number.
+    places: Vec<[usize; 2]>,
+}
+
 fn patterns_of(
     runs: &[Session],
     readings: &[Vec<(f64, [f64; 2])>],
     standard: &Standard,
     longest_step: f64,
-) -> (Vec<Vec<f64>>, Vec<[usize; 2]>) {
-    let (mut rows, mut places) = (Vec::new(), Vec::new());
+) -> Patterns {
+    let mut all = Patterns::default();
     for (number, (run, readings)) in runs.iter().zip(readings).enumerate() {
         let wanted: Vec<(usize, f64)> = readings
             .iter()
@@ -181,25 +189,28 @@ fn patterns_of(
         let mut stream = PatternStream::new(standard, run.baseline(), longest_step);
         let found = interpolated(run, longest_step, &wanted, |time, frame| {
             stream.push(standard, time, frame).ok()?;
-            let [own, both] = stream.patterns();
-            Some([&own[..], &both[..], &[stream.size()]].concat())
+            let [_, both] = stream.patterns();
+            let mut row = both.clone();
+            row.push(stream.size());
+            Some(row)
         });
-        for (at, row) in found {
-            places.push([number, at]);
-            rows.push(row);
+        for (at, mut row) in found {
+            all.places.push([number, at]);
+            all.sizes.extend(row.pop());
+            all.rows.push(row);
         }
     }
-    (rows, places)
+    all
 }
 
-fn law_of_patterns(rows: &[Vec<f64>]) -> Result<FeatureLaw, TrainingError> {
+fn law_of_patterns(rows: &[&[f64]]) -> Result<FeatureLaw, TrainingError> {
     let thin = rows.iter().step_by(rows.len().div_ceil(LAW_ROWS));
-    let thin: Vec<Vec<f64>> = thin.cloned().collect();
+    let thin: Vec<Vec<f64>> = thin.map(|row| row.to_vec()).collect();
     law_of_rows(&thin, &[], vec![1.0; rows[0].len()], vec![1.0])
 }
 
 /// Features of each pattern by itself, then with what changed lately.
-fn features_of(laws: &[FeatureLaw; 2], own: &[Vec<f64>], both: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn features_of(laws: &[FeatureLaw; 2], own: &[&[f64]], both: &[&[f64]]) -> Vec<Vec<f64>> {
     let of = |law: usize, pattern: &[f64]| {
         let all = laws[law].instant(pattern);
         let ranges = BLOCKS.iter().map(|block| laws[law].range(*block));

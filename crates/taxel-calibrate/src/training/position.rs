@@ -272,37 +272,60 @@ pub fn train_position(
 ) -> Result<(PositionMap, Vec<Score>), TrainingError> {
     let rows = PlacedRows::of_single(frames, places);
     let split = Split::last(&rows.of_presses(), frames.len());
-    let (map, tried, _) = trained_position(&rows, &[split], candidates)?;
-    Ok((map, tried.iter().map(|one| one.score).collect()))
+    let (map, tried) = trained_position(&rows, &[split], candidates)?;
+    Ok((map, tried.scores))
 }
 
-/// The same for any rows and splits of them, with all candidates and the number of
-/// the one that was chosen. The deviations of the map hold 95 % of the errors of the held-out rows.
+/// What was tried of the candidates: the score of each, and what was held out of the best.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tried {
+    pub(crate) scores: Vec<Score>,
+    /// Number of the best, from 0.
+    pub(crate) best: usize,
+    pub(crate) held_out: HeldOutPlaces,
+}
+
+impl Tried {
+    /// Of candidates that follow one another; the maps of the worse are forgotten.
+    fn join(mut self, mut next: Self) -> Self {
+        let first = self.scores.len();
+        self.scores.append(&mut next.scores);
+        if next.held_out.likelihood() >= self.held_out.likelihood() {
+            (self.best, self.held_out) = (first + next.best, next.held_out);
+        }
+        self
+    }
+}
+
+/// The same for any rows and splits of them. The deviations of the map hold 95 % of the errors of the held-out
+/// rows.
 pub(crate) fn trained_position(
     rows: &PlacedRows,
     splits: &[Split],
     candidates: &[PositionOptions],
-) -> Result<(PositionMap, Vec<HeldOutPlaces>, usize), TrainingError> {
-    let tried: Vec<HeldOutPlaces> = candidates
+) -> Result<(PositionMap, Tried), TrainingError> {
+    let none = TrainingError::TooFew {
+        found: 0,
+        needed: 1,
+    };
+    let tried = candidates
         .par_iter()
-        .map(|options| held_out(rows, splits, *options))
-        .collect::<Result<_, TrainingError>>()?;
-    let order = |a: &usize, b: &usize| {
-        let likelihood = |i: &usize| tried[*i].likelihood();
-        likelihood(a).total_cmp(&likelihood(b))
-    };
-    let Some(best) = (0..tried.len()).max_by(order) else {
-        return Err(TrainingError::TooFew {
-            found: 0,
-            needed: 1,
-        });
-    };
-    let mut map = fit(rows, candidates[best])?;
-    [map.interval_factor, map.depth_factor] = tried[best].factors;
-    let parts = tried[best].parts.iter().zip(splits);
+        .map(|options| {
+            let held_out = held_out(rows, splits, *options)?;
+            Ok(Tried {
+                scores: vec![held_out.score],
+                best: 0,
+                held_out,
+            })
+        })
+        .try_reduce_with(|first, next| Ok(first.join(next)))
+        .ok_or(none)??;
+    let mut map = fit(rows, candidates[tried.best])?;
+    [map.interval_factor, map.depth_factor] = tried.held_out.factors;
+    let parts = tried.held_out.parts.iter().zip(splits);
     let misfits = parts.map(|(part, split)| largest_misfit(&map, part, &rows.frames, &split.test));
     map.largest_misfit = MISFIT_MARGIN * misfits.fold(0.0, f64::max);
-    Ok((map, tried, best))
+    Ok((map, tried))
 }
 
 /// Largest misfit of rows that the map of `judged` has not seen, by the noise of `map`: a surface

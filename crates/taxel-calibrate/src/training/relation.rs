@@ -34,12 +34,16 @@ pub(crate) fn trained_relation(
         .iter()
         .enumerate()
         .filter(|(_, run)| !tared || run.force.is_some());
-    let runs: Vec<Vec<Vec<f64>>> = runs.map(|run| rows_of(run, except, tared)).collect();
-    let count: usize = runs.iter().map(Vec::len).sum();
+    let runs: Vec<(Vec<f64>, Vec<&Vec<f64>>)> =
+        runs.map(|run| rows_of(run, except, tared)).collect();
+    let count: usize = runs.iter().map(|(_, rows)| rows.len()).sum();
     let step = count.div_ceil(MOST_ROWS).max(1);
-    let thin = |run: Vec<Vec<f64>>| run.into_iter().step_by(step).collect();
+    let thin = |(rest, rows): &(Vec<f64>, Vec<&Vec<f64>>)| {
+        let less = |row: &&Vec<f64>| row.iter().zip(rest).map(|(x, b)| x - b).collect();
+        rows.iter().step_by(step).map(less).collect()
+    };
     let runs: Vec<Vec<Vec<f64>>> = runs
-        .into_iter()
+        .iter()
         .map(thin)
         .filter(|run: &Vec<_>| !run.is_empty())
         .collect();
@@ -112,20 +116,22 @@ pub(crate) fn trained_relation(
     }))
 }
 
-/// Whole frames of a run that are not left out, less the rest where that is wanted.
-fn rows_of((number, run): (usize, &Session), except: Option<&Fold>, tared: bool) -> Vec<Vec<f64>> {
+/// What is subtracted of a run, its rest where that is wanted, and its whole frames that are not left out.
+fn rows_of<'a>(
+    (number, run): (usize, &'a Session),
+    except: Option<&Fold>,
+    tared: bool,
+) -> (Vec<f64>, Vec<&'a Vec<f64>>) {
     let rest = if tared {
         run.baseline()
     } else {
         vec![0.0; run.sensor.width()]
     };
     let frames = run.sensor.times().iter().zip(run.sensor.rows());
-    let frames = frames.filter(|(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
-    let less = |row: &Vec<f64>| -> Vec<f64> { row.iter().zip(&rest).map(|(x, b)| x - b).collect() };
-    let frames = frames.map(|(_, row)| less(row));
-    frames
-        .filter(|row| row.iter().all(|value| value.is_finite()))
-        .collect()
+    let kept = frames.filter(|(time, _)| except.is_none_or(|fold| !fold.has(number, **time)));
+    let whole = |row: &&Vec<f64>| row.iter().zip(&rest).all(|(x, b)| (x - b).is_finite());
+    let kept = kept.map(|(_, row)| row).filter(whole).collect();
+    (rest, kept)
 }
 
 /// Deviations of the channels about what the others say, of an empty body and per load of the others, and the

@@ -1,5 +1,7 @@
 //! Numbers at times of their own, and their values at other times.
 
+use std::sync::Arc;
+
 use taxel::InputError;
 use taxel_ground::separator_of;
 
@@ -7,7 +9,8 @@ use taxel_ground::separator_of;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     times: Vec<f64>,
-    rows: Vec<Vec<f64>>,
+    /// Copies of a series share them: those of a thousand channels are as large as all the rest.
+    rows: Arc<Vec<Vec<f64>>>,
     /// Rows that were left out because they repeat the one before.
     doubled: usize,
 }
@@ -24,7 +27,7 @@ impl Series {
         let finite = times.iter().all(|time| time.is_finite());
         (rising && even && finite && times.len() == rows.len()).then_some(Self {
             times,
-            rows,
+            rows: Arc::new(rows),
             doubled: 0,
         })
     }
@@ -41,7 +44,7 @@ impl Series {
     pub fn parse(file: &str, text: &str) -> Result<Self, InputError> {
         let mut series = Self {
             times: Vec::new(),
-            rows: Vec::new(),
+            rows: Arc::default(),
             doubled: 0,
         };
         let separator = separator_of(text);
@@ -155,7 +158,7 @@ impl Series {
                 .help("times must rise from row to row"));
         }
         self.times.push(row[0]);
-        self.rows.push(values);
+        Arc::make_mut(&mut self.rows).push(values);
         Ok(())
     }
 
@@ -163,7 +166,7 @@ impl Series {
     fn drop_empty_end(&mut self) {
         let used = |row: &Vec<f64>| row.iter().rposition(|value| !value.is_nan());
         let last = self.rows.iter().filter_map(used).max();
-        for row in &mut self.rows {
+        for row in Arc::make_mut(&mut self.rows) {
             row.truncate(last.map_or(0, |last| last + 1));
         }
     }
@@ -181,7 +184,7 @@ impl Series {
     /// Puts zero in the columns of masked channels: a channel that does not change
     /// trains nothing.
     pub(crate) fn silence(&mut self, masked: &[bool]) {
-        for row in &mut self.rows {
+        for row in Arc::make_mut(&mut self.rows) {
             for (value, masked) in row.iter_mut().zip(masked) {
                 if *masked {
                     *value = 0.0;

@@ -1,13 +1,15 @@
 //! `taxel calibrate`: calibration data to the constants of one device.
 
+use std::cell::RefCell;
+
 use taxel::sensor::Element;
 use taxel::shown;
 use taxel::table;
 use taxel_calibrate::{
     CalibrateOptions, HoldOut, NamedSensor, Outcome, Provenance, ReadingTable, TrainedOutcome,
-    calibrator, train,
+    calibrator, train_saying,
 };
-use taxel_files::{COMMIT, VERSION};
+use taxel_files::{COMMIT, Progress, VERSION};
 
 use crate::arguments::{Calibrate, CalibrateFormat};
 use crate::{Done, Stop, files, outputs};
@@ -112,7 +114,10 @@ fn trained(
         .iter()
         .map(|path| shown::path(path))
         .collect();
-    let maps = train(named, &groups, options)?;
+    let step = RefCell::new(Progress::new("reading recordings"));
+    let maps = train_saying(named, &groups, options, &|what| {
+        step.replace(Progress::new(format!("learning {what}")));
+    })?;
     Ok(Found {
         outcome: maps.outcome.clone(),
         hash: files::sha256(texts.concat().as_bytes()),

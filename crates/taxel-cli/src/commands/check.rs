@@ -73,7 +73,8 @@ fn of_material(used: &Used, compression: Option<f64>) -> Vec<Fact> {
     if !material.note.is_empty() {
         facts.push(say("note", text(&material.note), &material.source));
     }
-    let beyond = compression.and_then(|most| material.beyond([1.0 - most, 1.0], true));
+    // What a tactile sensor is of is pressed.
+    let beyond = material.beyond(compression.map(|most| [1.0 - most, 1.0]), true);
     facts.extend(beyond.map(|beyond| say("warning", text(&beyond), "range of the law")));
     facts
 }

@@ -715,6 +715,14 @@ impl Answered<'_> {
             pressure(shear),
             pressure(3.0 * shear)
         );
+        if let Some(with) = candidate.fit.modulus_with_slack {
+            let _ = writeln!(
+                text,
+                "a slack of {:.2} % is taken out; left in, the shear modulus is {}",
+                candidate.fit.slack * 100.0,
+                pressure(with)
+            );
+        }
         if let Some(held) = self.held {
             text.push_str(&relaxation_text(held, false));
             let _ = writeln!(

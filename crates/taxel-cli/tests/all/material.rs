@@ -64,6 +64,41 @@ fn laws_that_do_not_stand_end_with_exit_code_1() {
 }
 
 #[test]
+fn a_law_that_is_lost_within_the_test_is_said_to_hold_up_to_a_strain() {
+    let folder = Folder::new("material-lost");
+    // Drucker's criterion is lost at a stretch of 2.231 in equibiaxial tension.
+    let yeoh = |l: f64| {
+        let i = l * l + 2.0 / l - 3.0;
+        2.0 * (l - l.powi(-2)) * (92.285 + 2.0 * 11.477 * i - 3.0 * 0.861 * i * i)
+    };
+    let mut text = String::from("strain [1],stress [kPa]\n");
+    for n in 1..=40 {
+        let e = f64::from(n) / 20.0;
+        writeln!(text, "{e},{}", yeoh(1.0 + e)).unwrap();
+    }
+    let path = folder.path("lost.csv");
+    fs::write(&path, text).unwrap();
+    let report = folder.path("lost.html");
+    let arguments = ["material", "fit", &path, "--law", "yeoh"];
+    let output = taxel(&[&arguments[..], &["--report", &report]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let (_, range) = said
+        .split_once("--strain-range 0..")
+        .unwrap_or_else(|| panic!("{said}"));
+    let range: f64 = range.trim().parse().unwrap();
+    // Tried are twentieths of the strain of 2.
+    assert!((1.131..1.232).contains(&range), "{said}");
+    let page = fs::read_to_string(&report).unwrap();
+    assert!(
+        page.contains("equibiaxial") && page.contains("2.23"),
+        "{said}"
+    );
+    let shorter = format!("0..{range}");
+    done(&[&arguments[..], &["--strain-range", &shorter]].concat());
+}
+
+#[test]
 fn names_and_hardness_answer_with_source_and_interval() {
     let shown = json(&["material", "show", "rtv615"]);
     assert!(shown["source"].as_str().unwrap().contains("2020"));
@@ -126,6 +161,19 @@ fn a_sensor_file_names_its_silicone() {
     assert!((number(&checked["mechanics"]["shear_modulus_pa"]) / 345.03e3 - 1.0).abs() < 1e-9);
     let warning = checked["material"]["warning"].as_str().unwrap();
     assert!(warning.contains("uniaxial only"), "{warning}");
+    // A pull knows no press of any other sensor either.
+    let chips = include_str!("../../../taxel/sensors/pressure-chips-1x8.toml");
+    let drawn = "shear_modulus = \"0.2 MPa\"";
+    assert!(chips.contains(drawn));
+    let path = folder.path("chips.toml");
+    let named_chips = chips.replace(drawn, "shear_modulus = { material = \"rtv615\" }");
+    fs::write(&path, named_chips).unwrap();
+    let warned = json(&["check", &path]);
+    let warning = warned["material"]["warning"].as_str().unwrap();
+    assert!(
+        warning.contains("pressed, how far is not computed"),
+        "{warning}"
+    );
     let unknown = layered(&folder, "unknown.toml", "{ material = \"rtv 61\" }");
     refused_with(&["check", &unknown], &["19:31", "near names: rtv615"]);
     // A law file, from the folder of the sensor file; a test of it that has changed is noted.
@@ -262,6 +310,8 @@ fn a_problem_file_names_its_silicone_and_relaxes() {
         .unwrap_or_else(|| panic!("{rows}"))
         .clone();
     // Row 0 is the body at rest.
+    let times = [0, 1, 2].map(|step: usize| number(&rows[step]["time_s"]));
+    assert_eq!(times, [0.0, 0.0, 100.0]);
     let [sudden, last] = [1, 2].map(|step: usize| number(&rows[step][&force]));
     // A hundred times the relaxation time; the contact settles to its own tolerance.
     assert!((last / sudden - 0.75).abs() < 1e-3, "{sudden} {last}");
@@ -413,6 +463,30 @@ fn mistakes_of_tests_are_answered_with_their_remedy() {
     let chosen = answer["chosen"].as_u64().unwrap() as usize;
     // The file has all digits of the law.
     assert!((number(&answer["candidates"][chosen]["shear_modulus_pa"]) / 100e3 - 1.0).abs() < 1e-9);
+    let with = number(&answer["candidates"][chosen]["modulus_with_slack_pa"]);
+    // Slack makes a pull look soft: of 1 % by a tenth.
+    assert!((75e3..85e3).contains(&with), "{with}");
+    // True and engineering columns that contradict each other in a row.
+    let both = (1..=30).fold(
+        String::from("strain [1],stress [kPa],true stress [kPa]\n"),
+        |mut text, n| {
+            let e = f64::from(n) / 30.0;
+            let wrong = if n == 20 { 1.1 } else { 1.0 };
+            writeln!(
+                text,
+                "{e},{},{}",
+                neo(1.0 + e),
+                wrong * neo(1.0 + e) * (1.0 + e)
+            )
+            .unwrap();
+            text
+        },
+    );
+    let answer = done(&["material", "fit", &raw("both.csv", &both)]);
+    assert!(
+        answer.contains("true and engineering columns disagree on line 21; the engineering ones"),
+        "{answer}"
+    );
     // The same bytes again: a fit has no random start, and one thread.
     let again = || done(&["material", "fit", &known]);
     assert_eq!(again(), again());
