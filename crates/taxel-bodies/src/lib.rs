@@ -25,5 +25,7 @@ pub mod problem;
 mod solver;
 pub mod transduction;
 
-pub use device::{NotSolvable, NotTabulated, field_predictor, tabulate};
+pub use device::{
+    NotSolvable, NotTabulated, field_predictor, solve_point, tabulate, tabulate_body,
+};
 pub use solver::{Afresh, FiniteElements};

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use crate::device::tabulate_body;
 use crate::mechanics::{solve_cell, solve_stiffness};
-use crate::transduction::{solve_edges, solve_section};
+use crate::transduction::{NoPoints, ResponseOptions, solve_edges, solve_section};
 use taxel::solutions::{Asked, Question, Solutions, Solver};
 
 /// Solves questions by finite elements.
@@ -21,6 +22,12 @@ impl Solver for FiniteElements {
             Asked::Stiffness(drawing) => text(solve_stiffness(drawing, progress)),
             Asked::Edges(drawing) => text(solve_edges(drawing, progress)),
             Asked::Section(model) => text(solve_section(model, progress)),
+            Asked::Body(drawing) => {
+                let options = ResponseOptions::default();
+                let program = format!("taxel-fem {}", taxel_fem::VERSION);
+                let table = tabulate_body(drawing, options, &NoPoints, &program, progress);
+                text(table.map(|table| table.file().clone()))
+            }
             _ => Err(format!(
                 "finite elements do not solve the {}",
                 question.what

@@ -84,6 +84,7 @@ pub fn calibrator<'a>(
         | Element::Piezoelectric(_)
         | Element::Cells(_)
         | Element::MagneticSkin(_)
+        | Element::Body(_)
             if sensors.len() > 1 =>
         {
             Err(NoCalibrator::Alone { element })
@@ -96,7 +97,9 @@ pub fn calibrator<'a>(
             None => Err(NoCalibrator::Unanswered),
         },
         Element::MeasuredForce(_) => Err(NoCalibrator::Measured { element }),
-        Element::Cells(_) | Element::MagneticSkin(_) => boxed(CellsCalibrator::new(first), element),
+        Element::Cells(_) | Element::MagneticSkin(_) | Element::Body(_) => {
+            boxed(CellsCalibrator::new(first), element)
+        }
         Element::Own(_) => Err(NoCalibrator::Kind { element }),
     }
 }
@@ -126,7 +129,9 @@ pub(crate) fn apply(
         Element::ThreeAxisCapacitor(_) => three_axis_capacitor::apply(sensor, prefix, value),
         Element::Piezoelectric(_) => piezoelectric::apply(sensor, prefix, value),
         Element::Microchannel(_) => microchannel::apply(sensor, value),
-        Element::Cells(_) | Element::MagneticSkin(_) => cells::apply(sensor, value),
+        Element::Cells(_) | Element::MagneticSkin(_) | Element::Body(_) => {
+            cells::apply(sensor, value)
+        }
         // The maps of one are tables, and no parameters; the others have none.
         Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => Ok(()),
     }
@@ -146,6 +151,7 @@ pub(crate) fn uncertain(sensor: &Sensor) -> &'static [&'static str] {
         Element::Microchannel(_) => &microchannel::UNCERTAIN,
         Element::Cells(_) => &["conductance", "port_pressure"],
         Element::MagneticSkin(_) => &["magnet_x", "magnet_y", "magnet_z"],
+        Element::Body(_) => &["depth"],
         Element::Trained(_) | Element::MeasuredForce(_) | Element::Own(_) => &[],
     }
 }

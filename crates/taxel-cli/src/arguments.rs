@@ -470,9 +470,16 @@ pub(crate) struct Tabulate {
     #[arg(short, long, value_name = "TABLE")]
     pub(crate) output: PathBuf,
     /// Nodes are added until the interpolation error is below this share of full scale, or there is
-    /// no table [default: 1e-4, and a larger error is stated where the solution itself leaps]
+    /// no table [default: 1e-4, and a larger error is stated where the solution itself leaps; of a
+    /// body element.body.tolerance]
     #[arg(long, value_name = "SHARE", value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
+    /// Most points of the table of a body, beside 59 fresh ones that it is compared with [default: 200]
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) points: Option<usize>,
+    /// Points of a body that are solved at a time; the table does not depend on it [default: 1]
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) jobs: Option<usize>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }

@@ -56,6 +56,7 @@ impl Plan {
             | Element::MeasuredForce(_)
             | Element::Cells(_)
             | Element::MagneticSkin(_)
+            | Element::Body(_)
             | Element::Own(_) => return Err(no_drawing),
         };
         // A sensor that was read has a device.

@@ -10,7 +10,8 @@ use taxel::shown;
 use taxel_calibrate::{CalibrationFile, Propagated, civil_date};
 
 use crate::Stop;
-use crate::files::{self, NamedSensor, text};
+use crate::files::{self, NamedSensor};
+use crate::reading::text;
 
 /// Reads the first sensor and those beside it.
 ///

@@ -18,18 +18,24 @@ mod files;
 mod hash;
 pub mod notes;
 pub mod outputs;
+mod points;
+mod problem;
 mod progress;
+mod reading;
 mod solutions;
 mod stop;
 pub mod study;
 
 pub use calibrations::{applied, applied_text, propagated, propagated_text, read_sensors, today};
 pub use files::{
-    NamedSensor, by_mechanics, bytes, device, is_page, law_file, predictor, recordings, sensor,
-    sensor_of_text, sensor_text, text, with_laws, with_shipped_names,
+    NamedSensor, by_mechanics, device, is_page, predictor, recordings, sensor, sensor_of_text,
+    sensor_text,
 };
 pub use hash::sha256;
+pub use points::PointFile;
+pub use problem::NamedProblem;
 pub use progress::Progress;
+pub use reading::{bytes, law_file, text, with_laws, with_shipped_names};
 pub use solutions::{Folder, state_folder};
 pub use stop::Stop;
 

@@ -11,13 +11,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::shown;
-use taxel::solutions::{Question, Solutions, Solver};
+use taxel::solutions::{BodyFiles, Question, Solutions, Solver, shipped_table};
 use taxel_bodies::FiniteElements;
+use taxel_bodies::problem::ProblemFile;
 
 use crate::Stop;
 use crate::hash::sha256;
 use crate::note;
 use crate::outputs::{self, Existing};
+use crate::problem::NamedProblem;
 use crate::progress::Progress;
 
 /// First line of a file; its number is that of the format.
@@ -131,6 +133,9 @@ impl Solutions for Folder {
 
     fn table(&mut self, name: &str) -> Result<String, String> {
         let path = self.beside.join(name);
+        if let Some(shipped) = shipped_table(name).filter(|_| !path.exists()) {
+            return Ok(shipped.to_owned());
+        }
         let failed =
             |error: std::io::Error| format!("{}: cannot be read: {error}", shown::path(&path));
         if fs::metadata(&path).map_err(failed)?.len() > LARGEST {
@@ -140,6 +145,18 @@ impl Solutions for Folder {
             ));
         }
         fs::read_to_string(&path).map_err(failed)
+    }
+
+    fn body(&mut self, problem: &str) -> Result<Option<BodyFiles>, String> {
+        let path = self.beside.join(problem);
+        let is_shipped = !path.exists() && ProblemFile::shipped_text(problem).is_some();
+        let path = if is_shipped {
+            PathBuf::from(problem)
+        } else {
+            path
+        };
+        let named = NamedProblem::read(&path).map_err(|stop| stop.to_string())?;
+        Ok(Some(named.body_files()))
     }
 
     fn solver(&self) -> Option<Box<dyn Solver>> {

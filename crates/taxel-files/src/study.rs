@@ -8,7 +8,7 @@ use taxel_study::store::MOST_IN_BLOCK;
 use taxel_study::study::{SensorText, Study, header};
 
 use crate::solutions::Folder;
-use crate::{Stop, files};
+use crate::{Stop, files, reading};
 
 /// A study file with its text.
 pub struct StudyText {
@@ -26,8 +26,8 @@ pub fn text(path: &Path) -> Result<StudyText, Stop> {
     let name = shown::path(path);
     let text = match taxel_study::shipped_text(&name) {
         Some(text) if !path.exists() => text.to_owned(),
-        _ => files::text(path).map_err(|stop| {
-            files::with_shipped_names(stop, path, "study", taxel_study::shipped_names())
+        _ => reading::text(path).map_err(|stop| {
+            reading::with_shipped_names(stop, path, "study", taxel_study::shipped_names())
         })?,
     };
     Ok(StudyText { name, text })

@@ -366,6 +366,8 @@ rules! {
     PositiveResistivity: Some(&RESISTIVITY), 0.0, true, NO_LIMIT;
     /// A capacitance above zero.
     PositiveCapacitance: Some(&CAPACITANCE), 0.0, true, NO_LIMIT;
+    /// Any capacitance.
+    AnyCapacitance: Some(&CAPACITANCE), -NO_LIMIT, false, NO_LIMIT;
     /// A capacitance of zero or more.
     NonNegativeCapacitance: Some(&CAPACITANCE), 0.0, false, NO_LIMIT;
     /// Any voltage.

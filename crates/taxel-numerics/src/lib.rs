@@ -57,17 +57,21 @@
 
 mod bicgstab;
 pub mod dense;
+mod kriging;
 pub mod least_squares;
 pub mod linear_chain;
 mod monotone_curve;
 mod noise;
 pub mod play;
 pub mod roots;
+mod sobol;
 pub mod special;
 mod split_mix;
 pub mod table;
 
 pub use bicgstab::bicgstab;
+pub use kriging::{Answer, Kriging};
 pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use noise::Noise;
+pub use sobol::sobol;
 pub use split_mix::split_mix;

@@ -1,5 +1,6 @@
 //! Devices by finite elements of their drawings: predictors, and load paths as tables.
 
+mod body;
 mod in_plane_capacitor;
 mod microchannel;
 mod three_axis_capacitor;
@@ -12,6 +13,7 @@ use taxel::predict::Predictor;
 use taxel::sensor::{Element, Sensor};
 use taxel::transduction::PathTable;
 
+pub use body::{solve_point, tabulate_body};
 pub use in_plane_capacitor::{InPlaneFieldPrediction, InPlaneFieldPredictor};
 pub use microchannel::{MicrochannelFieldPredictor, WholeTopPredictor};
 pub use three_axis_capacitor::ThreeAxisFieldPredictor;

@@ -552,6 +552,7 @@ fn parameters(element: &mut Element, each: &mut dyn FnMut(PartParameter, &mut f6
     match element {
         Element::Cells(cells) => cells.parameters(each),
         Element::MagneticSkin(skin) => skin.parameters(each),
+        Element::Body(body) => body.parameters(each),
         _ => {}
     }
 }

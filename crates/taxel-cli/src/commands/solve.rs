@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 use taxel::shown;
 use taxel::table;
-use taxel_bodies::problem::{Body, Ended, ProblemFile};
-use taxel_files::{COMMIT, VERSION};
+use taxel_bodies::problem::{Body, Ended};
+use taxel_files::{COMMIT, NamedProblem, VERSION};
 
 use crate::arguments::Solve;
 use crate::interrupt::Interrupt;
@@ -19,7 +19,7 @@ use taxel_files::Progress;
 const SERIES: &str = "steps.pvd";
 
 pub(crate) fn run(arguments: &Solve) -> Result<Done, Stop> {
-    let named = Named::read(&arguments.problem)?;
+    let named = NamedProblem::read(&arguments.problem)?;
     let existing = arguments.overwrite.existing();
     let mut inputs = vec![&arguments.problem];
     inputs.extend(named.mesh_file.as_ref());
@@ -200,7 +200,7 @@ fn solve(
 }
 
 /// What a check says.
-fn report(named: &Named, body: &Body) -> Result<Done, Stop> {
+fn report(named: &NamedProblem, body: &Body) -> Result<Done, Stop> {
     let [unknowns, cells] = body.size();
     let columns: Vec<String> = body
         .columns()
@@ -219,7 +219,7 @@ fn report(named: &Named, body: &Body) -> Result<Done, Stop> {
     ))
 }
 
-fn about(named: &Named, body: &Body) -> Map<String, Value> {
+fn about(named: &NamedProblem, body: &Body) -> Map<String, Value> {
     let mut about: Map<String, Value> = [
         ("problem", named.file.name.as_str()),
         ("problem_hash", &files::sha256(named.text.as_bytes())),
@@ -232,78 +232,6 @@ fn about(named: &Named, body: &Body) -> Map<String, Value> {
     .collect();
     about.insert("complete".into(), Value::from(body.done() == body.steps()));
     about
-}
-
-/// A problem with its mesh, as they were read.
-struct Named {
-    name: String,
-    text: String,
-    file: ProblemFile,
-    mesh_name: String,
-    /// The file of the mesh, if it is not a shipped one.
-    mesh_file: Option<PathBuf>,
-    mesh: Vec<u8>,
-}
-
-impl Named {
-    /// Reads a problem file, or a shipped one when no such file exists, and its mesh.
-    fn read(path: &Path) -> Result<Self, Stop> {
-        let name = shown::path(path);
-        let shipped = ProblemFile::shipped_text(&name).filter(|_| !path.exists());
-        let text = match shipped {
-            Some(text) => text.to_owned(),
-            None => files::text(path).map_err(|stop| {
-                let names = ProblemFile::shipped_names();
-                files::with_shipped_names(stop, path, "problem", names)
-            })?,
-        };
-        let text = files::with_laws(path, &name, text)?;
-        let file = ProblemFile::parse(&name, &text)?;
-        if let Some(mesh) = ProblemFile::shipped_mesh(&name).filter(|_| shipped.is_some()) {
-            return Ok(Self {
-                mesh_name: file.mesh.file.clone(),
-                mesh_file: None,
-                mesh: mesh.to_vec(),
-                name,
-                text,
-                file,
-            });
-        }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mesh_file = folder.join(&file.mesh.file);
-        let mesh = files::bytes(&mesh_file).map_err(|stop| match stop {
-            Stop::WrongInput(message) => {
-                let key = ["mesh", "file"];
-                let help = "the name counts from the folder of the problem file";
-                let error = taxel::toml_input::at_key(&name, &text, &key, &message, help);
-                Stop::WrongInput(error.to_string())
-            }
-            stop @ Stop::Failed(_) => stop,
-        })?;
-        Ok(Self {
-            mesh_name: shown::path(&mesh_file),
-            mesh_file: Some(mesh_file),
-            mesh,
-            name,
-            text,
-            file,
-        })
-    }
-
-    fn body(&self) -> Result<Body, Stop> {
-        let problem = (self.name.as_str(), self.text.as_str());
-        let mesh = (self.mesh_name.as_str(), self.mesh.as_slice());
-        Ok(Body::new(self.file.clone(), problem, mesh)?)
-    }
-
-    /// What must be the same for a saved state to fit.
-    fn identity(&self) -> String {
-        let both = [
-            files::sha256(self.text.as_bytes()),
-            files::sha256(&self.mesh),
-        ];
-        both.join("-")
-    }
 }
 
 /// Files of the steps for ParaView.

@@ -1,10 +1,15 @@
 //! `taxel tabulate`: the load path of a sensor by finite elements as a table.
 
+use std::path::PathBuf;
+
+use taxel::sensor::Sensor;
+use taxel::solutions::Solutions as _;
+use taxel::stage::{BodyElement, Share};
 use taxel::table::{self, Cell, Column};
-use taxel::transduction::PathTable;
+use taxel::transduction::{PathTable, ResponseTable};
 use taxel_bodies::NotTabulated;
-use taxel_bodies::transduction::{Leaps, NoTable, TableOptions};
-use taxel_files::{COMMIT, VERSION};
+use taxel_bodies::transduction::{Leaps, NoResponse, NoTable, ResponseOptions, TableOptions};
+use taxel_files::{COMMIT, Folder, PointFile, VERSION};
 
 use crate::arguments::Tabulate;
 use crate::{Done, Stop, files, interrupt, outputs};
@@ -14,6 +19,11 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
     let existing = arguments.overwrite.existing();
     let outputs = [("--output", Some(&arguments.output))];
     outputs::check(&outputs, &[&arguments.sensor], existing)?;
+    let (name, text) = files::sensor_text(&arguments.sensor)?;
+    let drawn = Sensor::drawn(&name, &text)?;
+    if let Some(body) = drawn.body() {
+        return of_body(arguments, body, (&name, &text));
+    }
     let named = files::sensor(&arguments.sensor)?;
     let mut options = TableOptions::default();
     if let Some(tolerance) = arguments.tolerance {
@@ -66,6 +76,88 @@ pub(crate) fn run(arguments: &Tabulate) -> Result<Done, Stop> {
             .to_string_lossy()
     );
     done
+}
+
+/// The answers of a body over its load. Points go to a file beside the table as they are solved, from
+/// which a run that was stopped goes on.
+fn of_body(
+    arguments: &Tabulate,
+    body: &BodyElement,
+    (name, text): (&str, &str),
+) -> Result<Done, Stop> {
+    let mut element = body.clone();
+    element.tolerance = arguments.tolerance.map(Share).or(element.tolerance);
+    let at_key = |key: &str, message: &str, help: &str| {
+        let path: Vec<&str> = ["element", "body"]
+            .into_iter()
+            .chain(key.split('.'))
+            .collect();
+        Stop::from(taxel::toml_input::at_key(name, text, &path, message, help))
+    };
+    let files = Folder::beside(&arguments.sensor).body(&element.problem);
+    let help = "give a problem file of `taxel solve`, or the name of a shipped one";
+    let files = files.map_err(|message| at_key("problem", &message, help))?;
+    let drawing = element.drawing(files.unwrap_or_default());
+    let drawing = drawing.map_err(|wrong| at_key(&wrong.key, &wrong.message, &wrong.help))?;
+    let mut options = ResponseOptions::default();
+    options.most_points = arguments.points.unwrap_or(options.most_points);
+    options.jobs = arguments.jobs.unwrap_or(options.jobs).max(1);
+    let mut kept = arguments.output.clone().into_os_string();
+    kept.push(".points");
+    let question = drawing.clone().question();
+    let points = PointFile::open(&PathBuf::from(kept), &question.statement)?;
+    if points.count() > 0 {
+        note!("going on after {} points", points.count());
+    }
+    let program = format!("taxel {VERSION} {COMMIT}");
+    let progress = Progress::new(format!("solving the {}", question.what));
+    interrupt::leave_nothing_unfinished();
+    let heard = &mut |fraction| progress.at(fraction);
+    let table = taxel_bodies::tabulate_body(&drawing, options, &points, &program, heard);
+    drop(progress);
+    let table = table.map_err(|error| match error {
+        NoResponse::Problem(message) => {
+            let (message, help) = message
+                .split_once("\nhelp: ")
+                .unwrap_or((&message, "change the problem or the sensor file"));
+            at_key("problem", message, help)
+        }
+        error => Stop::Failed(format!("{name}: {error}")),
+    })?;
+    let existing = arguments.overwrite.existing();
+    outputs::write(Some(&arguments.output), existing, &table.text())?;
+    points.remove()?;
+    let done = outputs::print_beside(Some(&arguments.output), &summary_of_body(&table));
+    if let Some(reason) = &table.file().ended {
+        note!("note: the box ends sooner than its range, because the solution does: {reason}");
+    }
+    let file = arguments.output.file_name().unwrap_or_default();
+    note!(
+        "note: write mechanics = {{ table = \"{}\" }} into the sensor file",
+        file.to_string_lossy()
+    );
+    done
+}
+
+/// Points, box and errors.
+fn summary_of_body(table: &ResponseTable) -> String {
+    let file = table.file();
+    let mut columns = vec![Column::plain("points"), Column::plain("fresh_points")];
+    let mut row = vec![
+        Cell::Whole(file.points.len() as u64),
+        Cell::Whole(file.certificate.points as u64),
+    ];
+    for (output, worst) in file.outputs.iter().zip(&file.certificate.worst) {
+        let name = format!("largest_error_of_{}", output.name);
+        columns.push(Column::new(name, "%", 1e-2, "share", 4));
+        row.push(Cell::Number(*worst));
+    }
+    table::render(
+        table::Format::Table,
+        &serde_json::Map::new(),
+        &columns,
+        &[row],
+    )
 }
 
 /// Nodes, range and errors.

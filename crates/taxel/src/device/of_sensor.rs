@@ -114,7 +114,7 @@ impl Sensor {
             Element::Microchannel(_) => Ok(Box::new(self.microchannels()?)),
             Element::Trained(_) => Ok(Box::new(self.trained()?)),
             Element::MeasuredForce(_) => Ok(Box::new(self.measured_force()?)),
-            Element::Cells(_) | Element::MagneticSkin(_) | Element::Own(_) => {
+            Element::Cells(_) | Element::MagneticSkin(_) | Element::Body(_) | Element::Own(_) => {
                 Ok(Box::new(self.cells()?))
             }
         }
@@ -186,7 +186,7 @@ impl Sensor {
         MeasuredForceArray::new(self, element).ok_or_else(|| self.unreadable(&FORCE_BOARD))
     }
 
-    /// The array as a chain of stages, if it is one: cells, a magnetic skin or a user's own.
+    /// The array as a chain of stages, if it is one: cells, a magnetic skin, a body or a user's own.
     ///
     /// # Errors
     /// [`Unreadable`] for another element or another board.
@@ -206,6 +206,10 @@ impl Sensor {
             Element::MagneticSkin(skin) => (
                 skin.parts(&self.layout(), &self.electronics),
                 skin.fabrication.by_name(),
+            ),
+            Element::Body(body) => (
+                body.parts(self.layout().taxels(), &self.electronics),
+                body.deviations(),
             ),
             Element::Own(own) => (own.element.parts(), Vec::new()),
             _ => return Err(self.unreadable(&FORCE_BOARD)),

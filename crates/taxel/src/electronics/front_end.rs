@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage, Magnetometer, Measured,
-    PressureChip, ReferenceDivider, Scan, Transimpedance, VoltageAmplifier, VoltageDivider,
+    CapacitanceToDigital, ChargeAmplifier, ChargeMode, Converter, Delivered, LastStage,
+    Magnetometer, Measured, PressureChip, ReferenceDivider, Scan, Transimpedance, VoltageAmplifier,
+    VoltageDivider,
 };
 use crate::quantity::{self, CAPACITANCE, Checked, FrameRate, Noise, VOLTAGE};
 use crate::signal::NumberScale;
@@ -60,6 +61,8 @@ pub enum Readout {
     Transimpedance(Transimpedance),
     /// Resistor at each column of a matrix.
     ReferenceDivider(ReferenceDivider),
+    /// Chips that give capacitances.
+    CapacitanceToDigital(CapacitanceToDigital),
     /// Chips that give absolute pressures.
     PressureChip(PressureChip),
     /// Chips that give the magnetic field along three axes.
@@ -131,6 +134,7 @@ impl Readout {
             Self::VoltageDivider(_) => "voltage_divider",
             Self::Transimpedance(_) => "transimpedance",
             Self::ReferenceDivider(_) => "reference_divider",
+            Self::CapacitanceToDigital(_) => "capacitance_to_digital",
             Self::PressureChip(_) => "pressure_chip",
             Self::Magnetometer(_) => "magnetometer",
             Self::Digital(_) => "digital",
@@ -164,7 +168,10 @@ impl Electronics {
             Readout::Transimpedance(stage) => Some(Stage::Transimpedance(stage)),
             Readout::ReferenceDivider(stage) => Some(Stage::ReferenceDivider(stage)),
             Readout::Measured(measured) => measured.stage,
-            Readout::PressureChip(_) | Readout::Magnetometer(_) | Readout::Digital(_) => None,
+            Readout::CapacitanceToDigital(_)
+            | Readout::PressureChip(_)
+            | Readout::Magnetometer(_)
+            | Readout::Digital(_) => None,
         }
     }
 
@@ -179,6 +186,7 @@ impl Electronics {
     /// Key of the range of the last stage in a sensor file.
     pub(crate) fn range_key(&self) -> &'static str {
         match self.readout {
+            Readout::CapacitanceToDigital(_) => "electronics.readout.capacitance_to_digital.range",
             Readout::PressureChip(_) => "electronics.readout.pressure_chip.range",
             Readout::Magnetometer(_) => "electronics.readout.magnetometer.range",
             Readout::Digital(_) | Readout::Measured(_) => "electronics.readout.measured.range",
@@ -194,6 +202,7 @@ impl Electronics {
                 Some(LastStage::Instrument(numbers))
             }
             Readout::Measured(measured) => Some(LastStage::Instrument(measured)),
+            Readout::CapacitanceToDigital(chip) => Some(LastStage::Instrument(chip.instrument())),
             Readout::PressureChip(chip) => Some(LastStage::Instrument(chip.instrument())),
             Readout::Magnetometer(chip) => Some(LastStage::Instrument(chip.instrument())),
             _ => self.converter.map(LastStage::Converter),
@@ -205,6 +214,14 @@ impl Electronics {
         match self.readout {
             Readout::PressureChip(chip) => chip.ambient,
             _ => 0.0,
+        }
+    }
+
+    /// The capacitance-to-digital chips, if the board has them.
+    pub fn capacitance_to_digital(&self) -> Option<&CapacitanceToDigital> {
+        match &self.readout {
+            Readout::CapacitanceToDigital(chip) => Some(chip),
+            _ => None,
         }
     }
 

@@ -320,6 +320,25 @@ impl Measured {
         }
     }
 
+    /// Chips that give capacitances in fF, with this noise and range, F.
+    pub(super) fn of_capacitances(noise: f64, range: [f64; 2]) -> Self {
+        let stated = |value| Stated {
+            value,
+            dimension: &CAPACITANCE,
+        };
+        Self {
+            unit: MeasuredUnit {
+                dimension: &CAPACITANCE,
+                symbol: "fF",
+                si_per_unit: 1e-15,
+                quantity: Quantity::Capacitance,
+            },
+            noise: Noises([stated(noise); 3]),
+            range: range.map(stated),
+            stage: None,
+        }
+    }
+
     /// Chips that give flux densities in uT, with this noise along each axis and range, T.
     pub(super) fn of_fields(noise: [f64; 3], range: [f64; 2]) -> Self {
         let stated = |value| Stated {

@@ -1,5 +1,6 @@
 //! Response to signal: the board that reads the taxels, one file per stage.
 
+mod capacitance_to_digital;
 mod charge_amplifier;
 mod charge_board;
 mod converter;
@@ -16,6 +17,7 @@ mod transimpedance;
 mod voltage_amplifier;
 mod voltage_divider;
 
+pub use capacitance_to_digital::CapacitanceToDigital;
 pub use charge_amplifier::ChargeAmplifier;
 pub use charge_board::{ChargeBoard, OutputUnit};
 pub use converter::{Code, Converter};

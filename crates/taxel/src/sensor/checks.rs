@@ -127,7 +127,10 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
         let readout = &sensor.electronics.readout;
         let digital = matches!(
             readout,
-            Readout::Digital(_) | Readout::PressureChip(_) | Readout::Magnetometer(_)
+            Readout::Digital(_)
+                | Readout::CapacitanceToDigital(_)
+                | Readout::PressureChip(_)
+                | Readout::Magnetometer(_)
         );
         return require(
             digital,
@@ -144,7 +147,10 @@ fn check_electronics(sensor: &Sensor) -> Result<(), Broken> {
     require(
         !matches!(
             sensor.electronics.readout,
-            Readout::Digital(_) | Readout::PressureChip(_) | Readout::Magnetometer(_)
+            Readout::Digital(_)
+                | Readout::CapacitanceToDigital(_)
+                | Readout::PressureChip(_)
+                | Readout::Magnetometer(_)
         ),
         "electronics.converter",
         || "these chips deliver numbers: they have a converter of their own".into(),

@@ -17,7 +17,7 @@ use crate::layout::{ArrayDescription, Layout};
 use crate::mechanics::Mechanics;
 use crate::schema;
 use crate::solutions::Solutions;
-use crate::stage::{Cells, MagneticSkin, OwnParts};
+use crate::stage::{BodyElement, Cells, MagneticSkin, OwnParts};
 
 pub use in_plane_capacitor::{GapScatter, InPlaneCapacitor};
 pub use mask::{CapacitorName, Mask};
@@ -95,6 +95,7 @@ const SHIPPED: &[(&str, &str)] = &[
         "eflesh-lattice",
         include_str!("../../sensors/eflesh-lattice.toml"),
     ),
+    ("soft-dome", include_str!("../../sensors/soft-dome.toml")),
 ];
 
 const REFERENCE_HEAD: &str = "\
@@ -176,6 +177,8 @@ pub enum Element {
     Cells(Box<Cells>),
     /// Magnets in rubber over magnetometers.
     MagneticSkin(Box<MagneticSkin>),
+    /// A body of a problem file, solved by finite elements once.
+    Body(Box<BodyElement>),
     /// One of a user's own ([`crate::device::Registry`]).
     #[serde(skip)]
     #[schemars(skip)]
@@ -277,8 +280,20 @@ fn no_table(key: &str, named: bool) -> Result<(), Broken> {
         !named,
         "mechanics.table",
         || format!("an array with the element `{key}` takes no table"),
-        "leave mechanics out: tables are of an in_plane_capacitor or a microchannel",
+        "leave mechanics out: tables are of an in_plane_capacitor, a microchannel or a body",
     )
+}
+
+impl Solvable for BodyElement {
+    fn solve(
+        &mut self,
+        _array: &ArrayDescription,
+        table: Option<(&str, &str)>,
+        solutions: &mut dyn Solutions,
+    ) -> Result<(), Broken> {
+        let solved = BodyElement::solve(self, table, solutions);
+        solved.map_err(|(key, message, help)| Broken::new(&key, message, &help))
+    }
 }
 
 impl Element {
@@ -291,7 +306,7 @@ impl Element {
             Self::Piezoelectric(_) => "piezo-slide",
             Self::Microchannel(_) => "pad-b",
             Self::MeasuredForce(_) | Self::Cells(_) | Self::Own(_) => "two-fingers",
-            Self::MagneticSkin(_) => "push",
+            Self::MagneticSkin(_) | Self::Body(_) => "push",
         }
     }
 
@@ -301,6 +316,7 @@ impl Element {
             Self::ThreeAxisCapacitor(element) => Some(element.as_mut()),
             Self::InPlaneCapacitor(element) => Some(element.as_mut()),
             Self::Microchannel(element) => Some(element.as_mut()),
+            Self::Body(element) => Some(element.as_mut()),
             _ => None,
         }
     }
@@ -316,6 +332,7 @@ impl Element {
             Self::MeasuredForce(_) => "measured_force",
             Self::Cells(_) => "cells",
             Self::MagneticSkin(_) => "magnetic_skin",
+            Self::Body(_) => "body",
             Self::Own(own) => own.key,
         }
     }
@@ -353,11 +370,23 @@ impl Sensor {
     /// A sentence when the closed forms do not have the drawing.
     pub fn by_closed_forms(&self, solutions: &mut dyn Solutions) -> Result<Self, String> {
         let mut sensor = self.clone();
+        if matches!(self.element, Element::Body(_)) {
+            // Its table is the only fast form that it has.
+            return Ok(sensor);
+        }
         sensor.mechanics = Mechanics::ClosedForm;
         sensor
             .solve(solutions)
             .map_err(|broken| broken.to_string())?;
         Ok(sensor)
+    }
+
+    /// The body of a problem file, if its element is one.
+    pub fn body(&self) -> Option<&BodyElement> {
+        match &self.element {
+            Element::Body(body) => Some(body),
+            _ => None,
+        }
     }
 
     /// Names of the shipped sensor files.

@@ -6,6 +6,7 @@
 //! [`TablesOnly`] has none, so that a drawing that no table has is refused. A [`Solver`] answers
 //! what is not kept; that of `taxel-bodies` does so by finite elements.
 
+mod body;
 mod cell;
 mod edges;
 mod section;
@@ -16,6 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::mechanics::{CellGeometry, UnitDrawing};
 use crate::transduction::{EdgeDrawing, InPlaneModel};
+
+pub use body::{BodyDrawing, BodyFiles, BodyLoad, BodyOutput};
 
 pub use crate::of_drawing::{OfDrawing, SOLVER_VERSION};
 
@@ -44,6 +47,9 @@ pub enum Asked {
     /// The cross-section of an in-plane sensor: a
     /// [`SolvedSection`](crate::transduction::SolvedSection).
     Section(Box<InPlaneModel>),
+    /// The outputs of a body of a problem file over its load: a
+    /// [`ResponseFile`](crate::transduction::ResponseFile).
+    Body(Box<BodyDrawing>),
 }
 
 /// Solves questions.
@@ -54,6 +60,20 @@ pub trait Solver {
     /// # Errors
     /// A sentence when there is none, with what to change.
     fn answer(&self, question: &Question, progress: &mut dyn FnMut(f64)) -> Result<String, String>;
+}
+
+/// Tables of shipped sensor files: name and text.
+const SHIPPED_TABLES: &[(&str, &str)] = &[(
+    "soft-dome.table",
+    include_str!("../../sensors/soft-dome.table"),
+)];
+
+/// Text of the table of a shipped sensor file.
+pub fn shipped_table(name: &str) -> Option<&'static str> {
+    let mut tables = SHIPPED_TABLES.iter();
+    tables
+        .find(|(shipped, _)| *shipped == name)
+        .map(|(_, text)| *text)
 }
 
 /// Why there is no solution.
@@ -84,14 +104,24 @@ pub trait Solutions {
     /// Hears the fraction of a solution under way, the last time 1.
     fn progress(&mut self, _question: &Question, _fraction: f64) {}
 
-    /// The text of a table that a sensor file names.
+    /// The text of a table that a sensor file names; by default that of a shipped one.
     ///
     /// # Errors
     /// A sentence when there is none, or none can be opened here.
     fn table(&mut self, name: &str) -> Result<String, String> {
-        Err(format!(
-            "the table \"{name}\" cannot be opened here: use the command `taxel`, or Sensor::parse_with"
-        ))
+        shipped_table(name).map(str::to_owned).ok_or_else(|| {
+            format!(
+                "the table \"{name}\" cannot be opened here: use the command `taxel`, or Sensor::parse_with"
+            )
+        })
+    }
+
+    /// A problem file with its mesh; none where no such files can be opened, which is the default.
+    ///
+    /// # Errors
+    /// A sentence when there is none, or it cannot be read.
+    fn body(&mut self, _problem: &str) -> Result<Option<BodyFiles>, String> {
+        Ok(None)
     }
 
     /// What solves the questions whose solutions are not kept; none where nothing may be solved,

@@ -91,7 +91,9 @@ impl Board {
     /// Keys of the readouts that can, where this one cannot.
     pub fn new(electronics: &Electronics, signal: CellQuantity) -> Result<Self, Vec<&'static str>> {
         let allowed = || match signal.dimension {
-            Some(dimension) if *dimension == CAPACITANCE => vec!["charge_amplifier", "measured"],
+            Some(dimension) if *dimension == CAPACITANCE => {
+                vec!["charge_amplifier", "capacitance_to_digital", "measured"]
+            }
             Some(dimension) if *dimension == CONDUCTANCE => vec!["transimpedance"],
             Some(dimension) if *dimension == STRESS => vec!["pressure_chip", "measured"],
             Some(dimension) if *dimension == FLUX_DENSITY => vec!["magnetometer"],

@@ -5,6 +5,7 @@
 //! in which a made skin differs from its drawing, each with what is known of it beforehand. The intervals
 //! have all of them in it, and what none of them explains is a disturbance.
 
+use super::search::{Model, misfit, search, weight};
 use super::{CellQuantity, CellState, ChainPart, Inverted, Network, PartError, PartParameter};
 use crate::drawing::{DimensionLine, Label, Part, Shape, View};
 use crate::electronics::NUMBER;
@@ -124,25 +125,10 @@ pub struct MagnetArray {
 /// Standard deviations of the misfit at which readings contradict the model: noise alone gets there
 /// once in 10⁹ frames.
 const DISTURBED: f64 = 6.0;
-/// A step of less than this share of a standard deviation ends the search, or one that lowers the sum
-/// of squares by less than the square of it.
-const CLOSE: f64 = 1e-4;
-/// Steps after which it is given up: Newton's converges in four to six.
-const MOST_STEPS: usize = 40;
-/// Deviation of a force before the frame, in full scales: so large that it says nothing, and small
-/// enough that the sums keep ten digits.
-const UNKNOWN_FORCE: f64 = 1e3;
 /// A frame tells an unknown if it leaves less than this share of a deviation as large as the sensor.
 const TOLD: f64 = 1e-2;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Predicted readings and their slopes by all unknowns: a row for each channel of the frame, and one
-/// for each of the capture at rest if there was one.
-struct Model {
-    signals: Vec<f64>,
-    slopes: Vec<Vec<f64>>,
-}
 
 /// Where an unknown that all taxels share is among them.
 struct Shared {
@@ -241,7 +227,8 @@ impl MagnetArray {
     }
 
     /// Readings and slopes where the unknowns, each over its deviation and forces over the full scale,
-    /// have these values. What was captured at rest is that of the skin as it was made: a frame is
+    /// have these values: a row for each channel of the frame, and one for each of the capture at rest
+    /// if there was one. What was captured at rest is that of the skin as it was made: a frame is
     /// counted from it, and it says itself how that was.
     fn model(&self, unknowns: &[f64]) -> Model {
         let channels = 3 * self.sensors.len() * self.places.len();
@@ -444,29 +431,6 @@ impl MagnetArray {
         }
     }
 
-    /// Weighted residuals and the sum of all squares, those of the unknowns included.
-    fn weighed(
-        &self,
-        model: &Model,
-        unknowns: &[f64],
-        signals: &[f64],
-        weights: &[f64],
-    ) -> (Vec<f64>, f64) {
-        let rows = signals.iter().zip(&model.signals).zip(weights);
-        let residuals: Vec<f64> = rows
-            .map(|((signal, predicted), weight)| {
-                if *weight > 0.0 {
-                    weight * (signal - predicted)
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        let known = unknowns[self.forces()..].iter();
-        let square = residuals.iter().chain(known).map(|r| r * r).sum::<f64>();
-        (residuals, square)
-    }
-
     /// Squares of the residuals of each taxel, with those of what is its own or shared, and how many
     /// more readings it has than forces.
     fn squares(&self, unknowns: &[f64], residuals: &[f64], weights: &[f64]) -> Vec<[f64; 2]> {
@@ -487,16 +451,6 @@ impl MagnetArray {
         };
         (0..self.magnets.len()).map(of_taxel).collect()
     }
-}
-
-/// A sum of so many squares as a number of standard deviations (Wilson and Hilferty 1931); zero
-/// without one to spare.
-fn misfit(sum: f64, freedom: f64) -> f64 {
-    if freedom < 1.0 {
-        return 0.0;
-    }
-    let spread = 2.0 / (9.0 * freedom);
-    ((sum / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
 }
 
 impl ChainPart for MagnetArray {
@@ -820,98 +774,23 @@ impl Network for MagnetArray {
         }
     }
 
-    /// Newton's method by Gauss with the exact slopes; a step that makes it worse is halved.
     fn invert(&self, signals: &[f64], noise: &[f64], found: &mut Inverted) {
         let (readings, weights) = self.readings(signals, noise);
-        let forces = self.forces();
-        let mut unknowns: Vec<f64> = found
-            .values
-            .iter()
-            .map(|force| {
-                if force.is_finite() {
-                    force / self.full_scale
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        unknowns.resize(self.shared().count, 0.0);
-        let mut model = self.model(&unknowns);
-        let (mut residuals, mut square) = self.weighed(&model, &unknowns, &readings, &weights);
-        found.converged = false;
-        for _ in 0..MOST_STEPS {
-            let Some((factor, step, decrement)) =
-                step(&model, &unknowns, &residuals, &weights, forces)
-            else {
-                return;
-            };
-            // Of readings that contradict each other the forces need not be known any better.
-            if decrement < CLOSE * CLOSE * (1.0 + square) {
-                found.converged = true;
-                let squares = self.squares(&unknowns, &residuals, &weights);
-                self.judge(&unknowns, &factor, &squares, found);
-                return;
+        let over_full_scale = |force: &f64| {
+            if force.is_finite() {
+                force / self.full_scale
+            } else {
+                0.0
             }
-            let mut share = 1.0;
-            loop {
-                let tried: Vec<f64> = unknowns
-                    .iter()
-                    .zip(&step)
-                    .map(|(at, step)| at + share * step)
-                    .collect();
-                let there = self.model(&tried);
-                let (left, sum) = self.weighed(&there, &tried, &readings, &weights);
-                // What rounding leaves of a square of many deviations is no descent.
-                if sum <= square * (1.0 + 1e-12) || share < CLOSE {
-                    (unknowns, model, residuals, square) = (tried, there, left, sum);
-                    break;
-                }
-                share *= 0.5;
-            }
-        }
-    }
-}
-
-/// Weight of a reading; zero of none.
-fn weight((noise, signal): (&f64, &f64)) -> f64 {
-    if noise.is_finite() && signal.is_finite() && *noise > 0.0 {
-        1.0 / noise
-    } else {
-        0.0
-    }
-}
-
-/// Factor of the normal equations, Newton's step, and by how much it lowers the sum of squares.
-fn step(
-    model: &Model,
-    unknowns: &[f64],
-    residuals: &[f64],
-    weights: &[f64],
-    forces: usize,
-) -> Option<(Vec<Vec<f64>>, Vec<f64>, f64)> {
-    let count = unknowns.len();
-    let mut normal = vec![vec![0.0; count]; count];
-    let mut right = vec![0.0; count];
-    for ((slopes, residual), weight) in model.slopes.iter().zip(residuals).zip(weights) {
-        for (i, slope) in slopes.iter().enumerate() {
-            let slope = weight * slope;
-            right[i] += slope * residual;
-            for (sum, other) in normal[i][..=i].iter_mut().zip(slopes) {
-                *sum += slope * weight * other;
-            }
-        }
-    }
-    for i in 0..count {
-        let known = if i < forces {
-            UNKNOWN_FORCE.powi(-2)
-        } else {
-            right[i] -= unknowns[i];
-            1.0
         };
-        normal[i][i] += known;
+        let mut start: Vec<f64> = found.values.iter().map(over_full_scale).collect();
+        start.resize(self.shared().count, 0.0);
+        let model = |unknowns: &[f64]| self.model(unknowns);
+        let ended = search(model, start, &readings, &weights, self.forces());
+        found.converged = ended.is_some();
+        if let Some(ended) = ended {
+            let squares = self.squares(&ended.unknowns, &ended.residuals, &weights);
+            self.judge(&ended.unknowns, &ended.factor, &squares, found);
+        }
     }
-    let factor = cholesky(normal)?;
-    let step = cholesky_solve(&factor, &right);
-    let decrement = step.iter().zip(&right).map(|(a, b)| a * b).sum();
-    Some((factor, step, decrement))
 }

@@ -16,6 +16,8 @@
 //! sensor file ([`crate::device::Registry`]).
 
 mod board;
+mod body;
+mod body_array;
 mod cells;
 mod chain;
 mod force;
@@ -31,6 +33,7 @@ mod own;
 mod points;
 mod pressure_port;
 mod resistor;
+mod search;
 
 use std::fmt;
 
@@ -43,7 +46,9 @@ use taxel_numerics::least_squares::NORMAL_95;
 use taxel_numerics::roots::ridders;
 
 pub use board::{Board, LinearReadout};
-pub use cells::{CellDescription, Cells};
+pub use body::{BodyAxis, BodyChannel, BodyElement, BodyForce};
+pub use body_array::{BodyArray, BodyMake};
+pub use cells::{CellDescription, Cells, Share};
 pub use chain::{Chain, ChainResponse, Parts};
 pub use force::ForceCell;
 pub use hysteresis::Hysteresis;
@@ -404,6 +409,12 @@ pub trait Network: ChainPart {
     /// Number of channels that it makes of so many cells: the same number for each taxel.
     fn channels(&self, cells: usize) -> usize {
         cells
+    }
+
+    /// Name of a channel of a taxel, by its number; none where row, column and axis say it.
+    fn channel_name(&self, of_taxel: usize) -> Option<&str> {
+        let _ = of_taxel;
+        None
     }
 
     /// The network whose cells read these signals without a load, where its own law says more than

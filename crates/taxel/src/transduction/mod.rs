@@ -12,6 +12,7 @@ mod microchannel;
 pub mod microchannel_table;
 pub mod path_table;
 mod piezoelectric;
+mod response_table;
 mod solved_edges;
 mod solved_section;
 mod surroundings;
@@ -37,6 +38,10 @@ pub use microchannel_table::{DrawnLayers, LayersTable};
 pub use path_table::{PathTable, PathVariable, TableErrors, WrongTable};
 pub use piezoelectric::{
     Ceramic, PiezoelectricElement, PiezoelectricLaw, PiezoelectricState, SiliconePath,
+};
+pub use response_table::{
+    Certificate, MOST_PARAMETERS, NoResponseTable, Response, ResponseFile, ResponseTable,
+    SketchPart, TableOutput, TableParameter,
 };
 pub use solved_edges::SolvedEdges;
 pub use solved_section::{SectionErrors, SolvedSection};

@@ -325,7 +325,7 @@ impl PathTable {
 /// Slopes at the nodes: those of the polynomial through the five nearest, cut so that the cubics
 /// are monotone where the nodes are (de Boor and Swartz 1977: at most three times the smaller
 /// slope beside).
-fn slopes(nodes: &[f64], values: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(super) fn slopes(nodes: &[f64], values: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let count = nodes.len();
     let width = values.first().map_or(0, Vec::len);
     let wide = count.min(5);

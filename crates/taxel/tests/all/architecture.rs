@@ -29,7 +29,7 @@ const NAMED: [&str; 10] = [
     "taxel/src/sensor/checks.rs",
 ];
 
-const VARIANTS: [&str; 9] = [
+const VARIANTS: [&str; 10] = [
     "ThreeAxisCapacitor",
     "InPlaneCapacitor",
     "Piezoelectric",
@@ -38,6 +38,7 @@ const VARIANTS: [&str; 9] = [
     "MeasuredForce",
     "Cells",
     "MagneticSkin",
+    "Body",
     "Own",
 ];
 

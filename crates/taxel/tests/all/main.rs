@@ -12,6 +12,7 @@ mod common;
 mod extremes;
 
 mod architecture;
+mod body;
 mod cells;
 mod certainty;
 mod contacts;

@@ -13,6 +13,7 @@ pub(super) fn facts(device: &ChainDevice<'_>) -> Vec<Fact> {
     let chain = &device.chain;
     let each = match chain.channel_of(0) {
         Some(_) => "one for each cell",
+        None if chain.network.channel_name(0).is_some() => "those of each body",
         None => "three for each magnetometer",
     };
     let mut facts = vec![fact("device", "channels", text(&chain.channels()), each)];

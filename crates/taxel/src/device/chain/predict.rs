@@ -201,6 +201,9 @@ impl ChainPredictor {
         let (taxel, _) = chain.of_channel(channel);
         let (per_taxel, axes) = (chain.channels_per_taxel(), chain.axes.names());
         let of_taxel = format!("_r{}c{}", taxel / columns, taxel % columns);
+        if let Some(name) = chain.network.channel_name(channel % per_taxel) {
+            return format!("{of_taxel}_{name}");
+        }
         let axis = axes[channel % axes.len()];
         match per_taxel / axes.len() {
             _ if per_taxel == 1 => of_taxel,

@@ -631,7 +631,9 @@ fn meaning(chain: &Chain) -> Meaning {
         let (row, column) = (taxel / layout.columns, taxel % layout.columns);
         let along = axes.names()[channel % axes.count()];
         let per_taxel = chain.channels_per_taxel();
-        if per_taxel > axes.count() {
+        if let Some(name) = chain.network.channel_name(channel % per_taxel) {
+            format!("r{row}c{column}.{name}")
+        } else if per_taxel > axes.count() {
             let sensor = channel % per_taxel / axes.count();
             format!("r{row}c{column}.s{sensor}.{along}")
         } else if chain.cell(channel).is_the_load() {
