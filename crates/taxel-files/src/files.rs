@@ -11,6 +11,7 @@ use taxel::mechanics::Mechanics;
 use taxel::predict::Predictor;
 use taxel::sensor::{NoModel, Sensor};
 use taxel::shown;
+use taxel::words::advice;
 use taxel_calibrate::TrainingFile;
 
 use crate::hash::sha256;
@@ -204,10 +205,9 @@ pub fn with_shipped_names<'n>(
     match stop {
         Stop::WrongInput(message) if !path.exists() => {
             let names: Vec<_> = names.collect();
-            Stop::WrongInput(format!(
-                "{message}\nhelp: give a file, or a shipped {kind}: {}",
-                names.join(", ")
-            ))
+            let all = format!("give a file, or a shipped {kind}: {}", names.join(", "));
+            let help = advice(&shown::path(path), names, &all);
+            Stop::WrongInput(format!("{message}\nhelp: {help}"))
         }
         stop => stop,
     }
