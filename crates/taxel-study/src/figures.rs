@@ -712,7 +712,7 @@ fn pairs(study: &Study, rows: &[Row], best: Option<&Row>) -> String {
     let mut svg = Svg::default();
     let (across, upward) = (variables(study), answers(study));
     // The label of a panel and its ticks stand to the left of it.
-    let (cell, label, top) = ([310.0, 220.0], 84.0, 76.0);
+    let (cell, label, top) = ([310.0, 220.0], 84.0, 82.0);
     let size = [
         (cell[0] * across.len() as f64 + 20.0).max(WIDTH),
         top + cell[1] * upward.len() as f64,
@@ -732,12 +732,11 @@ fn pairs(study: &Study, rows: &[Row], best: Option<&Row>) -> String {
             short(scale.high)
         ),
     };
-    let words = if study.constraints.is_empty() {
-        words
-    } else {
-        format!("{words}; grey: breaks a constraint")
-    };
-    svg.text("note", [label, 48.0], Anchor::Start, &words);
+    svg.text("note", [label, 46.0], Anchor::Start, &words);
+    if !study.constraints.is_empty() {
+        let words = "grey: breaks a constraint";
+        svg.text("note", [label, 62.0], Anchor::Start, words);
+    }
     for (j, answer) in upward.iter().enumerate() {
         for (i, variable) in across.iter().enumerate() {
             let done = rows.iter().filter(|row| row.status == Status::Done);

@@ -495,12 +495,6 @@ fn rules_of_the_board_come_before_solutions() {
             "facing sides alone",
         ),
         (
-            "noise = \"0.1 mV\"",
-            "noise = \"0 mV\"",
-            "electronics.readout.charge_amplifier.noise",
-            "without any noise",
-        ),
-        (
             "frame_rate = \"100 Hz\"",
             "frame_rate = \"10 kHz\"",
             "electronics.frame_rate",
