@@ -156,12 +156,6 @@ impl FieldStudy {
         Self::of_body(model, layer, bar)
     }
 
-    /// The same in other cells.
-    fn divided(model: &InPlaneModel, division: LayerDivision) -> Result<Self, NoField> {
-        let (layer, bar) = body(model)?;
-        Self::of_body(model, Layer { division, ..layer }, bar)
-    }
-
     /// The same with cells about half again as large.
     pub(crate) fn coarse(model: &InPlaneModel) -> Result<Self, NoField> {
         let (mut layer, bar) = body(model)?;
@@ -327,8 +321,7 @@ impl SolvedInPlane {
     }
 
     /// Presses the cross-section of `model` step by step up to a compression of `most`, or as
-    /// far as the solution goes, or until `enough` says so; `progress` hears the fraction. A free side
-    /// face whose cells turn inside out before that is solved in coarser ones, which reach further.
+    /// far as the solution goes, or until `enough` says so; `progress` hears the fraction.
     ///
     /// # Errors
     /// [`NoField`] when there are not even four states.
@@ -339,63 +332,12 @@ impl SolvedInPlane {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, NoField> {
         let least = Settings::default().smallest_step;
-        let (layer, _) = body(model)?;
-        let reached = |found: &Result<Self, NoField>| {
-            let found = found.as_ref();
-            found.map_or(0.0, |found| found.last().compression)
-        };
-        let whole = |found: &Result<Self, NoField>| {
-            let found = found.as_ref();
-            found.is_ok_and(|found| found.ended.is_none() || enough(found.last()))
-        };
-        let mut solve = |division: LayerDivision| {
-            Self::solve_divided((STATES, least), division, model, most, enough, progress)
-        };
-        let mut found = solve(layer.division);
-        let foot = layer.beyond == 0.0 && layer.side == SideFace::Free;
-        let coarser = std::iter::successors(layer.division.coarser(), LayerDivision::coarser);
-        for division in coarser.filter(|_| foot) {
-            if whole(&found) {
-                break;
-            }
-            let next = solve(division);
-            if reached(&next) > reached(&found) {
-                found = next;
-            }
-        }
-        found
-    }
-
-    /// The same in the usual cells alone.
-    ///
-    /// # Errors
-    /// As [`Self::solve`].
-    pub(crate) fn solve_usual(
-        model: &InPlaneModel,
-        most: f64,
-        enough: &dyn Fn(&FieldState) -> bool,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Self, NoField> {
-        let steps = (STATES, Settings::default().smallest_step);
-        Self::solve_in(steps, model, most, enough, progress)
+        Self::solve_in((STATES, least), model, most, enough, progress)
     }
 
     /// The same in this many steps, of which no part below `least` is tried.
     pub(crate) fn solve_in(
-        steps: (usize, f64),
-        model: &InPlaneModel,
-        most: f64,
-        enough: &dyn Fn(&FieldState) -> bool,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Self, NoField> {
-        let (layer, _) = body(model)?;
-        Self::solve_divided(steps, layer.division, model, most, enough, progress)
-    }
-
-    /// The same in these cells.
-    fn solve_divided(
         (steps, least): (usize, f64),
-        division: LayerDivision,
         model: &InPlaneModel,
         most: f64,
         enough: &dyn Fn(&FieldState) -> bool,
@@ -404,7 +346,7 @@ impl SolvedInPlane {
         if !(most > 0.0 && most <= LARGEST_COMPRESSION) {
             return Err(NoField::Compression(most));
         }
-        let mut study = FieldStudy::divided(model, division)?;
+        let mut study = FieldStudy::new(model)?;
         study.study.study.solver.settings.smallest_step = least;
         let mut solved = Self {
             states: vec![study.press(0.0)?],
@@ -422,14 +364,8 @@ impl SolvedInPlane {
                 // It ends before there are enough states: they have to lie closer.
                 Err(error) if most > LEAST => {
                     let closer = most * FEWEST as f64 / steps as f64;
-                    let mut closer = Self::solve_divided(
-                        (steps, least),
-                        division,
-                        model,
-                        closer,
-                        enough,
-                        progress,
-                    )?;
+                    let mut closer =
+                        Self::solve_in((steps, least), model, closer, enough, progress)?;
                     if !enough(closer.last()) {
                         closer.ended.get_or_insert(error.to_string());
                     }

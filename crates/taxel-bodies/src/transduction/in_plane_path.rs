@@ -25,8 +25,7 @@ impl LoadPath for InPlanePath<'_> {
 
     /// As far as it can be read back.
     fn reach(&mut self, progress: &mut dyn FnMut(f64)) -> Result<(f64, Option<String>), NoTable> {
-        let whole =
-            SolvedInPlane::solve_usual(&self.body, LARGEST_COMPRESSION, &|_| false, progress)?;
+        let whole = SolvedInPlane::solve(&self.body, LARGEST_COMPRESSION, &|_| false, progress)?;
         Ok((invertible(&whole), whole.ended))
     }
 

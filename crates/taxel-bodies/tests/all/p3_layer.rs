@@ -2,9 +2,8 @@
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use taxel::mechanics::{BondedDisc, DiscGrip, LayerRim, SeatedSetting};
+use taxel::mechanics::{BondedDisc, DiscGrip, LayerRim};
 use taxel_fem::study::disc::{DiscAnswer, PressedDisc};
-use taxel_fem::study::seated::{SeatedDisc, StiffPlate};
 
 const MM: f64 = 1e-3;
 
@@ -122,73 +121,4 @@ fn shares_of_a_hundred_random_drawings_agree_with_the_solver() {
     }
     println!("share {:+.1e}, stiffness {:+.1e}", worst[0], worst[1]);
     assert!(worst.iter().all(|worst| worst.abs() <= 5e-3), "{worst:?}");
-}
-
-/// d33 and d31, C/N.
-const CONSTANTS: [f64; 2] = [650e-12, -320e-12];
-
-/// Share and charge of an element with its middle at a share of the way from the base to the middle of
-/// a layer: by the table over those of the solver.
-fn seated(thickness: f64, way: f64) -> [f64; 2] {
-    let element_thickness = 0.127 * MM;
-    let lowest = 0.5 * element_thickness + 0.1e-6;
-    let height = lowest + way * (0.5 * thickness - lowest);
-    let setting = SeatedSetting {
-        disc_area: SeatedSetting::DISC_AREA,
-        element_area: 4.0 * MM * MM,
-        element_thickness,
-        thickness,
-    };
-    let radius = (SeatedSetting::DISC_AREA / std::f64::consts::PI).sqrt();
-    let disc = SeatedDisc {
-        radius,
-        thickness,
-        outer: radius,
-        gripped: true,
-        modulus: 80e3,
-        element: Some(StiffPlate {
-            thickness: element_thickness,
-            elastic: [62e9, 0.31],
-        }),
-        element_radius: 0.2 * radius,
-        faces: [-0.5, 0.5].map(|side| height + side * element_thickness),
-        void: 0.0,
-        sheets: None,
-        cells: [0.1 * MM, 0.01 * MM],
-    };
-    let solved = disc.solve().unwrap();
-    let read = setting.element(height, LayerRim::Flush, DiscGrip::Gripped);
-    let read = read.unwrap();
-    let charge = read.charge_per_force(CONSTANTS) / CONSTANTS[0];
-    let found = [
-        read.share / solved.share,
-        charge / solved.charge_factor(CONSTANTS),
-    ];
-    println!(
-        "{:.2} mm, {way} of the way: share and charge {found:?} of the solved ones",
-        thickness / MM
-    );
-    found
-}
-
-/// What [`SeatedSetting::element`] states of what it reads between its rows.
-fn seated_within(thicknesses: &[f64], ways: &[f64]) {
-    for thickness in thicknesses {
-        for way in ways {
-            let [share, charge] = seated(*thickness * MM, *way);
-            assert!((share - 1.0).abs() < SeatedSetting::SHARE_ERROR);
-            assert!((charge - 1.0).abs() < SeatedSetting::CHARGE_ERROR);
-        }
-    }
-}
-
-#[test]
-fn an_element_between_the_rows_is_as_good_as_stated() {
-    seated_within(&[1.9], &[1.0]);
-}
-
-#[test]
-#[ignore = "long: 20 solutions of some 50 thousand unknowns"]
-fn elements_at_any_height_between_the_rows_are_as_good_as_stated() {
-    seated_within(&[1.5, 1.7, 1.9, 2.1, 2.3], &[0.15, 0.4, 0.75, 1.0]);
 }

@@ -95,8 +95,8 @@ impl LayerDivision {
             return usual;
         }
         Self {
-            smallest: Self::COARSEST,
-            largest: Self::COARSEST,
+            smallest: 0.2,
+            largest: 0.2,
             ..usual
         }
     }
@@ -114,22 +114,6 @@ impl LayerDivision {
             },
             ..usual
         }
-    }
-
-    /// Largest cell at the foot of a side face: that with which a long layer reaches furthest.
-    pub const COARSEST: f64 = 0.2;
-
-    /// The same with cells twice as large at the foot of the side face, which turn inside out at a
-    /// greater compression; none once they are the coarsest.
-    pub fn coarser(&self) -> Option<Self> {
-        (self.smallest < Self::COARSEST).then(|| {
-            let smallest = (2.0 * self.smallest).min(Self::COARSEST);
-            Self {
-                smallest,
-                largest: self.largest.max(smallest),
-                ..*self
-            }
-        })
     }
 
     /// Cells for a layer that goes on beside a probe.
