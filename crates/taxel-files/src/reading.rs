@@ -4,6 +4,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 use taxel::shown;
+use taxel::words::advice;
 
 use crate::Stop;
 use crate::hash::sha256;
@@ -67,10 +68,9 @@ pub fn with_shipped_names<'n>(
     match stop {
         Stop::WrongInput(message) if !path.exists() => {
             let names: Vec<_> = names.collect();
-            Stop::WrongInput(format!(
-                "{message}\nhelp: give a file, or a shipped {kind}: {}",
-                names.join(", ")
-            ))
+            let all = format!("give a file, or a shipped {kind}: {}", names.join(", "));
+            let help = advice(&shown::path(path), names, &all);
+            Stop::WrongInput(format!("{message}\nhelp: {help}"))
         }
         stop => stop,
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use taxel::sensor::Sensor;
 use taxel::shown;
 use taxel::solutions::Solutions;
 use taxel_study::store::MOST_IN_BLOCK;
@@ -16,6 +17,22 @@ pub struct StudyText {
     pub name: String,
     /// Text of the file.
     pub text: String,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// The file that a study names: names count from its own folder.
+pub fn beside(study: &Path, named: &str) -> PathBuf {
+    study.parent().unwrap_or(Path::new("")).join(named)
+}
+
+/// The sensor that a study names: a file, or else a shipped one.
+pub fn sensor_path(study: &Path, named: &str) -> PathBuf {
+    let file = beside(study, named);
+    if Sensor::shipped_text(named).is_some() && !file.exists() {
+        return PathBuf::from(named);
+    }
+    file
 }
 
 /// The text of a study file, or of a shipped one.
@@ -30,7 +47,11 @@ pub fn text(path: &Path) -> Result<StudyText, Stop> {
             reading::with_shipped_names(stop, path, "study", taxel_study::shipped_names())
         })?,
     };
-    Ok(StudyText { name, text })
+    Ok(StudyText {
+        name,
+        text,
+        path: path.to_owned(),
+    })
 }
 
 /// The study of a text with the sensor that it names; the sensor's path is an input, too.
@@ -39,7 +60,7 @@ pub fn text(path: &Path) -> Result<StudyText, Stop> {
 /// A mistake in the file, or a sensor that cannot be read.
 pub fn read(study: &StudyText) -> Result<(Study, PathBuf), Stop> {
     let head = header(&study.name, &study.text)?;
-    let path = PathBuf::from(&head.sensor);
+    let path = sensor_path(&study.path, &head.sensor);
     let text = sensor_text(&study.name, &path)?;
     let sensor = SensorText {
         name: &head.sensor,

@@ -21,6 +21,8 @@ pub struct InputError {
     pub message: String,
     /// Advice how to correct it; may be empty.
     pub help: String,
+    /// The next mistake that was found in the same run.
+    pub next: Option<Box<Self>>,
 }
 
 /// A stretch of one line of an input file.
@@ -120,6 +122,7 @@ impl InputError {
             key: String::new(),
             message: message.into(),
             help: String::new(),
+            next: None,
         }
     }
 
@@ -151,6 +154,19 @@ impl InputError {
             place: Some(Box::new(place)),
             ..Self::whole(file, message)
         }
+    }
+
+    /// The first of `mistakes`, each of which stands alone, with all others behind it; none of none.
+    pub fn joined(mistakes: Vec<Self>) -> Option<Self> {
+        mistakes.into_iter().rev().reduce(|next, one| Self {
+            next: Some(Box::new(next)),
+            ..one
+        })
+    }
+
+    /// The other mistakes that were found in the same run.
+    pub fn others(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(self.next.as_deref(), |one| one.next.as_deref())
     }
 
     /// The same error, naming the key or column it is about.
@@ -236,7 +252,10 @@ impl fmt::Display for InputError {
         if !self.help.is_empty() {
             write!(f, "\nhelp: {}", self.help)?;
         }
-        Ok(())
+        match &self.next {
+            Some(next) => write!(f, "\nalso: {next}"),
+            None => Ok(()),
+        }
     }
 }
 

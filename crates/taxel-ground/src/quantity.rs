@@ -189,7 +189,7 @@ impl Dimension {
     pub fn read_sized(&self, text: &str) -> Result<f64, String> {
         let value = self.read(text)?;
         let [_, largest] = self.sizes;
-        if value.abs() <= largest {
+        if at_most(value.abs(), largest) {
             return Ok(value);
         }
         Err(format!(
@@ -280,6 +280,36 @@ fn starts_not_finite(text: &str) -> bool {
     let word = text.split_whitespace().next().unwrap_or_default();
     let mut starts = [&text[..number_length(text)], word].into_iter();
     starts.any(|start| start.parse().is_ok_and(|value: f64| !value.is_finite()))
+}
+
+/// Significant digits of a decimal: no file states more, and the few products and sums of a rule
+/// between keys round the sixteenth.
+const DECIMALS: usize = 12;
+
+/// The decimal that a number stands for, without what conversions of units and sums have rounded.
+pub fn decimal(value: f64) -> f64 {
+    // What is written so is read so; what is not finite stays so.
+    format!("{value:.*e}", DECIMALS - 1)
+        .parse()
+        .unwrap_or(value)
+}
+
+/// True if `value` is at most `bound`, as decimals: 10 um is at most a thirtieth of 300 um, which
+/// binary numbers deny.
+///
+/// ```
+/// use taxel_ground::quantity::{LENGTH, at_most};
+/// let (deviation, gap) = (LENGTH.parse("10 um").unwrap(), LENGTH.parse("300 um").unwrap());
+/// assert!(at_most(3.0 * deviation, 0.1 * gap));
+/// assert!(!at_most(3.00000001 * deviation, 0.1 * gap));
+/// ```
+pub fn at_most(value: f64, bound: f64) -> bool {
+    decimal(value) <= decimal(bound)
+}
+
+/// True if `value` is less than `bound`, as decimals.
+pub fn below(value: f64, bound: f64) -> bool {
+    decimal(value) < decimal(bound)
 }
 
 /// Rule for one value of a file: its dimension and its range.
@@ -442,16 +472,16 @@ rules! {
 fn in_range<R: Rule>(value: f64, shown: &str) -> Result<f64, String> {
     let [lowest, highest] = limits::<R>();
     let low = if R::OPEN {
-        value > lowest
+        below(lowest, value)
     } else {
-        value >= lowest
+        at_most(lowest, value)
     };
     let [smallest, _] = R::SIZES;
-    if !(low && value <= highest) {
+    if !(low && at_most(value, highest)) {
         let range = range_text::<R>();
         return Err(format!("{shown} is out of range: must be {range}"));
     }
-    if value != 0.0 && value.abs() < smallest {
+    if value != 0.0 && below(value.abs(), smallest) {
         let unit = unit_text::<R>();
         let or_zero = if R::OPEN { "" } else { "; 0 is also possible" };
         return Err(format!(

@@ -3,6 +3,8 @@
 
 use std::fmt::Write as _;
 
+use crate::shown;
+
 /// An SVG document in the making.
 #[derive(Debug, Clone, Default)]
 pub struct Svg {
@@ -80,7 +82,7 @@ impl Svg {
             short(at[0]),
             short(at[1]),
             anchor.name(),
-            escape(text)
+            escape(&shown::units(text))
         );
     }
 
@@ -91,7 +93,7 @@ impl Svg {
             "<text class=\"{class}\" transform=\"translate({} {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
             short(at[0]),
             short(at[1]),
-            escape(text)
+            escape(&shown::units(text))
         );
     }
 

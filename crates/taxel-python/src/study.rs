@@ -8,7 +8,7 @@ use numpy::{AllowTypeChange, PyArrayLike2};
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict};
 use taxel_files::{self as files, Folder};
-use taxel_study::answers::Outcome;
+use taxel_study::answers::{Outcome, WAY_COLUMN};
 use taxel_study::optimise::{self, Candidate};
 use taxel_study::run::Runner;
 use taxel_study::store::{Kept, Store, StoreError, key_of};
@@ -173,11 +173,8 @@ impl Study {
     }
 
     fn table(&self, rows: &[Row]) -> Table {
-        let cells: Vec<_> = rows
-            .iter()
-            .map(|row| sweep::cells(&self.posed, row))
-            .collect();
-        Table::of_rows(sweep::columns(&self.posed), &cells)
+        let (columns, cells) = sweep::all(&self.posed, rows);
+        Table::of_rows(columns, &cells)
     }
 
     fn points(&self, points: &PyArrayLike2<'_, f64, AllowTypeChange>) -> PyResult<Vec<Vec<f64>>> {
@@ -220,7 +217,8 @@ impl Study {
             let (name, sensor) = if let Some(sensor) = sensor {
                 sensor
             } else {
-                let text = files::study::sensor_text(&file, Path::new(&head.sensor))?;
+                let path = files::study::sensor_path(Path::new(&file), &head.sensor);
+                let text = files::study::sensor_text(&file, &path)?;
                 (head.sensor, text)
             };
             let solutions =
@@ -275,11 +273,10 @@ impl Study {
     }
 
     fn answers(&self) -> Vec<String> {
-        self.posed
-            .answers
-            .iter()
-            .map(|one| one.name.clone())
-            .collect()
+        // What the study asks: which way answered is no question of it.
+        let asked = self.posed.answers.iter();
+        let asked = asked.filter(|one| one.name != WAY_COLUMN);
+        asked.map(|one| one.name.clone()).collect()
     }
 
     /// The words, where a variable has words: a point holds the index.
@@ -380,7 +377,8 @@ impl Study {
         submit: Option<Py<PyAny>>,
     ) -> PyResult<(Table, usize)> {
         let list = if self.posed.sweep.is_list() {
-            Some(files::text(Path::new(&self.posed.sweep.plan)).map_err(Fault::from)?)
+            let path = files::study::beside(Path::new(&self.file), &self.posed.sweep.plan);
+            Some(files::text(&path).map_err(Fault::from)?)
         } else {
             None
         };

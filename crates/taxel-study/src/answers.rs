@@ -10,9 +10,10 @@ use taxel::quantity::{self, Dimension};
 use taxel::sensor::Sensor;
 use taxel::summary::{self, Fact};
 use taxel::table::{Cell, Column};
+use taxel::words::advice;
 use taxel_bodies::microchannel_section::{DrawnSection, SectionRow, SectionState, solve_section};
 
-use crate::exponents::Exponents;
+use crate::exponents::{Exponents, quantity_of};
 use crate::file::{AfterFile, AnswerFile, MechanicsFile, RadiusFile, Source, Take};
 
 /// What became of an answer.
@@ -58,6 +59,8 @@ pub struct Answer {
 #[derive(Debug, Clone)]
 enum Kind {
     Check(String),
+    /// Which of several ways answers for the drawing.
+    Way,
     Predict(Prediction),
     Estimate(Estimate),
     Section(Section),
@@ -123,7 +126,8 @@ struct Prediction {
 #[derive(Debug, Clone, PartialEq)]
 struct Estimate {
     what: Estimated,
-    load: String,
+    /// One load, or those of a range.
+    loads: Vec<String>,
     options: InformationOptions,
     grid: Option<[usize; 2]>,
     take: Take,
@@ -191,8 +195,10 @@ fn wrong<T>(
     })
 }
 
-/// Steps of a way of loads.
-const WAY: usize = 100;
+/// Column of a table of designs that says which way answers for each.
+pub const WAY_COLUMN: &str = "answered_by";
+/// Steps of a range of loads.
+const STEPS: usize = 100;
 /// Steps in which the end of a range is looked for before it is halved in.
 const RANGE_STEPS: usize = 64;
 /// Column of a prediction with the stretch of the top of a layer.
@@ -309,6 +315,19 @@ impl Answer {
         })
     }
 
+    /// Which of several ways answers for the drawing of a design: no question of the study, but a
+    /// curve that changes it in its middle must say so.
+    pub(crate) fn way() -> Self {
+        Self {
+            name: String::from(WAY_COLUMN),
+            column: Column::plain(WAY_COLUMN),
+            word: true,
+            statement: String::from(WAY_COLUMN),
+            kind: Kind::Way,
+            accept: Vec::new(),
+        }
+    }
+
     pub(crate) fn evaluate(&self, context: &mut Context<'_>) -> Outcome {
         match &self.kind {
             Kind::Check(quantity) => {
@@ -324,6 +343,10 @@ impl Answer {
                     },
                 }
             }
+            Kind::Way => {
+                let way = context.device.as_deref().map(Device::way);
+                Outcome::Word(way.unwrap_or_default())
+            }
             Kind::Predict(prediction) => prediction.evaluate(context, &self.accept, self.word),
             Kind::Estimate(estimate) => estimate.evaluate(context, &self.accept),
             Kind::Section(section) => section.evaluate(context, &self.accept),
@@ -337,6 +360,12 @@ impl Answer {
         };
         [section.pressure, section.thickness].contains(&Condition::Variable(index))
     }
+}
+
+/// Advice for a name that is none of `known`.
+fn unknown(name: &str, known: &[&str], intro: &str) -> String {
+    let all = format!("{intro}: {}", known.join(", "));
+    advice(name, known.iter().copied(), &all)
 }
 
 fn finite(number: f64) -> Outcome {
@@ -384,7 +413,7 @@ fn check(name: &str, written: &AnswerFile, sensor: &Sensor) -> Result<(Kind, Col
                 "taxel check prints no \"{}\" of this sensor",
                 written.quantity
             ),
-            format!("it prints: {}", names.join(", ")),
+            unknown(&written.quantity, &names, "it prints"),
         );
     };
     let (column, word) = match &fact.value {
@@ -464,21 +493,21 @@ fn prediction(
                 "taxel predict has no column \"{}\" for this sensor",
                 written.quantity
             ),
-            format!("its columns are: {}", names.join(", ")),
+            unknown(&written.quantity, &names, "its columns are"),
         );
     };
     let (loads, take) = match (&written.load, &written.over) {
         (Some(load), None) => (vec![load.clone()], Take::Last),
-        (None, Some(over)) => {
+        (None, Some(range)) => {
             let take = written.take.unwrap_or(Take::Last);
             if !matches!(take, Take::Last | Take::Greatest | Take::Least) {
                 return wrong(
                     "take",
-                    "a way of loads has no region",
+                    "a range of loads has no region",
                     "use last, greatest or least",
                 );
             }
-            (way(over)?, take)
+            (over(range)?, take)
         }
         _ => {
             return wrong(
@@ -535,37 +564,57 @@ fn of_load(key: &'static str, error: &InputError) -> Wrong {
     }
 }
 
-/// Loads of a way such as `fz=0..10 N`.
-fn way(over: &str) -> Result<Vec<String>, Wrong> {
-    let help = "such as over = \"fz=0..10 N\"";
-    let Some((name, ends)) = over.split_once('=') else {
-        return wrong("over", format!("\"{over}\" has no value"), help);
+/// Loads of a range such as `fz=0..10 N` or `fz = 5 mN .. 50 N, radius = 4 mm`: equal steps, or equal
+/// ratios where the first of equal steps would leap over more than the least load.
+fn over(text: &str) -> Result<Vec<String>, Wrong> {
+    let help = "such as over = \"fz=0..10 N\" or \"fz=5 mN..50 N\"";
+    let parts = || text.split(',').map(str::trim);
+    let ends = parts().find_map(|part| {
+        let (name, ends) = part.split_once('=')?;
+        let (first, last) = ends.split_once("..")?;
+        Some((part, name.trim(), first.trim(), last.trim()))
+    });
+    let Some((range, name, first, last)) = ends else {
+        return wrong("over", format!("\"{text}\" has no two ends"), help);
     };
-    let Some((first, last)) = ends.split_once("..") else {
-        return wrong("over", format!("\"{over}\" has no two ends"), help);
-    };
-    let last = last.trim();
     let unit =
         last.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ' '));
-    let number = |text: &str| text.trim().trim_end_matches(unit).trim().parse::<f64>();
-    let (Ok(low), Ok(high)) = (number(first), number(last)) else {
-        return wrong(
-            "over",
-            format!("the ends of \"{over}\" are no numbers"),
-            help,
-        );
+    // The first end has the unit of the last one, or one of its own.
+    let with_unit = |end: &str| {
+        if let Ok(number) = end.parse::<f64>() {
+            return Some(number);
+        }
+        let (dimension, _, si) = quantity_of(end)?;
+        let scale = dimension.unit(unit)?;
+        Some(si / scale)
+    };
+    let (Some(low), Some(high)) = (with_unit(first), with_unit(last)) else {
+        let message = format!("the ends of \"{range}\" are no numbers of one dimension");
+        return wrong("over", message, help);
     };
     if low.is_nan() || high.is_nan() || low >= high {
-        return wrong("over", format!("the way \"{over}\" is empty"), help);
+        return wrong("over", format!("the range \"{range}\" is empty"), help);
     }
-    let at = |step: usize| low + (high - low) * step as f64 / WAY as f64;
-    Ok((0..=WAY)
-        .map(|step| {
-            format!("{}={} {unit}", name.trim(), at(step))
-                .trim_end()
-                .to_owned()
-        })
-        .collect())
+    let last_step = STEPS as f64;
+    let ratios = low > 0.0 && (high - low) / last_step > low;
+    let at = |step: usize| match step {
+        // Each end is itself.
+        STEPS => high,
+        _ if ratios => low * (high / low).powf(step as f64 / last_step),
+        _ => low + (high - low) * step as f64 / last_step,
+    };
+    let load = |step: usize| {
+        let ranged = format!("{name}={} {unit}", at(step));
+        let parts = parts().map(|part| {
+            if part == range {
+                ranged.trim_end()
+            } else {
+                part
+            }
+        });
+        parts.collect::<Vec<_>>().join(", ")
+    };
+    Ok((0..=STEPS).map(load).collect())
 }
 
 impl Prediction {
@@ -683,16 +732,19 @@ fn estimate(
     written: &AnswerFile,
     sensor: &Sensor,
 ) -> Result<(Kind, Column, bool), Wrong> {
-    unused(written, &["load", "take", "noise", "grid", "radius"])?;
+    unused(
+        written,
+        &["load", "over", "take", "noise", "grid", "radius"],
+    )?;
     let found = ESTIMATED
         .iter()
         .find(|(known, _)| *known == written.quantity);
     let Some((_, what)) = found else {
-        let names = ESTIMATED.map(|(known, _)| known).join(", ");
+        let names = ESTIMATED.map(|(known, _)| known);
         return wrong(
             "quantity",
             format!("an estimate has no \"{}\"", written.quantity),
-            format!("use one of: {names}"),
+            unknown(&written.quantity, &names, "use one of"),
         );
     };
     let device = sensor.device().map_err(|error| Wrong {
@@ -725,29 +777,84 @@ fn estimate(
         };
         let estimate = Estimate {
             what: *what,
-            load: String::new(),
+            loads: Vec::new(),
             options: InformationOptions::default(),
             grid: None,
             take: Take::Last,
         };
         return Ok((Kind::Estimate(estimate), column, false));
     }
-    let Some(load) = &written.load else {
-        return wrong(
-            "load",
-            "an estimate needs a load",
-            "such as load = \"fz=5 N\"",
-        );
-    };
-    let loads = Loads::one(load, load_columns).map_err(|error| of_load("load", &error))?;
+    let (given, loads) = loads_of(written, *what, load_columns)?;
     let noise = noise_of(written, device.as_ref())?;
     let options = InformationOptions {
         noise,
         radius: radius(written.radius.as_ref())?,
     };
-    let place = *what == Estimated::Place;
-    let grid = (place && written.take.is_some() || written.grid.is_some())
-        .then(|| written.grid.unwrap_or(GRID));
+    let grid = grid_of(written, *what, sensor)?;
+    let usual = if written.over.is_some() {
+        Take::Worst
+    } else {
+        Take::Rms
+    };
+    let take = written.take.unwrap_or(usual);
+    if grid.is_some() && written.over.is_some() {
+        return wrong("over", "a region is of one load", "leave out grid or over");
+    }
+    if grid.is_some() && !matches!(take, Take::Mean | Take::Rms | Take::Worst) {
+        return wrong(
+            "take",
+            "a region has a mean, an rms and a worst",
+            "use mean, rms or worst",
+        );
+    }
+    let column = estimate_column(name, *what, device.as_ref(), &loads, load_columns, written)?;
+    let estimate = Estimate {
+        what: *what,
+        loads: given,
+        options,
+        grid,
+        take,
+    };
+    let word = *what == Estimated::RangeEndedBy;
+    Ok((Kind::Estimate(estimate), column, word))
+}
+
+/// The loads of an estimate, one or those of a range, and the last one, read.
+fn loads_of(
+    written: &AnswerFile,
+    what: Estimated,
+    columns: &'static [taxel::predict::LoadColumn],
+) -> Result<(Vec<String>, Loads), Wrong> {
+    let (key, given) = match (&written.load, &written.over) {
+        (Some(load), None) => ("load", vec![load.clone()]),
+        (None, Some(range)) if what.of_one_load() => ("over", over(range)?),
+        (None, Some(_)) => {
+            let message = "over a range of loads deviations, criteria and condition are known";
+            return wrong("over", message, "give one load");
+        }
+        _ => {
+            let message = "an estimate needs a load, or a range of them in over";
+            return wrong("load", message, "such as load = \"fz=5 N\"");
+        }
+    };
+    let read = given.iter().map(|load| Loads::one(load, columns));
+    let read = read.collect::<Result<Vec<Loads>, InputError>>();
+    let last = read.map_err(|error| of_load(key, &error))?.pop();
+    match last {
+        Some(last) => Ok((given, last)),
+        None => wrong(key, "there is no load", "give one load"),
+    }
+}
+
+/// Cells of the region over which a place is asked; none for one contact.
+fn grid_of(
+    written: &AnswerFile,
+    what: Estimated,
+    sensor: &Sensor,
+) -> Result<Option<[usize; 2]>, Wrong> {
+    let place = what == Estimated::Place;
+    let of_region = place && written.take.is_some() && written.over.is_none();
+    let grid = (of_region || written.grid.is_some()).then(|| written.grid.unwrap_or(GRID));
     if let Some([across, along]) = grid {
         if sensor.piezoelectric().is_err() {
             return wrong(
@@ -764,24 +871,7 @@ fn estimate(
             );
         }
     }
-    let take = written.take.unwrap_or(Take::Rms);
-    if grid.is_some() && !matches!(take, Take::Mean | Take::Rms | Take::Worst) {
-        return wrong(
-            "take",
-            "a region has a mean, an rms and a worst",
-            "use mean, rms or worst",
-        );
-    }
-    let column = estimate_column(name, *what, device.as_ref(), &loads, load_columns, written)?;
-    let estimate = Estimate {
-        what: *what,
-        load: load.clone(),
-        options,
-        grid,
-        take,
-    };
-    let word = *what == Estimated::RangeEndedBy;
-    Ok((Kind::Estimate(estimate), column, word))
+    Ok(grid)
 }
 
 /// Noise of a reading that an answer states, SI.
@@ -901,27 +991,47 @@ impl Estimate {
             Estimated::TimeConstant | Estimated::Bandwidth => self.of_times(context),
             _ if self.grid.is_some() => self.region(context),
             _ => {
-                let Some(device) = context.device.as_deref() else {
-                    return Outcome::Outside(String::from("the board cannot read the element"));
-                };
-                let Ok(loads) = Loads::one(&self.load, device.information_loads()) else {
-                    return Outcome::Outside(format!("the load {} is refused", self.load));
-                };
-                match device.information(&loads.load(0), &self.options) {
-                    Ok(information) => self.of(&information).map_or_else(no_information, finite),
-                    Err(NoInformation::Beyond(why)) => Outcome::Outside(why),
-                    Err(error) => Outcome::Outside(error.to_string()),
+                let values = self.loads.iter().map(|load| self.at(context, load));
+                match values.collect::<Result<Vec<f64>, Outcome>>() {
+                    Ok(values) => summed_up(&values, self.take),
+                    Err(outcome) => outcome,
                 }
             }
         }
     }
 
-    /// The number that is asked of an information; none where it is singular.
-    fn of(&self, information: &Information) -> Option<f64> {
+    /// The one load.
+    fn load(&self) -> &str {
+        self.loads.first().map_or("", String::as_str)
+    }
+
+    /// The number that is asked of the information at a load.
+    fn at(&self, context: &Context<'_>, load: &str) -> Result<f64, Outcome> {
+        let Some(device) = context.device.as_deref() else {
+            let why = "the board cannot read the element";
+            return Err(Outcome::Outside(String::from(why)));
+        };
+        let Ok(loads) = Loads::one(load, device.information_loads()) else {
+            return Err(Outcome::Outside(format!("the load {load} is refused")));
+        };
+        match device.information(&loads.load(0), &self.options) {
+            Ok(information) => self
+                .of(&information, anywhere(context.sensor))
+                .ok_or_else(no_information),
+            Err(NoInformation::Beyond(why)) => Err(Outcome::Outside(why)),
+            Err(error) => Err(Outcome::Outside(error.to_string())),
+        }
+    }
+
+    /// The number that is asked of an information; none where it is singular, and of a place no
+    /// better known than `anywhere`, m.
+    fn of(&self, information: &Information, anywhere: f64) -> Option<f64> {
         match self.what {
             Estimated::Deviation("") => information.deviation(information.unknowns[0].name),
             Estimated::Deviation(name) => information.deviation(name),
-            Estimated::Place => information.place_deviation(),
+            Estimated::Place => information
+                .place_deviation()
+                .filter(|deviation| *deviation < anywhere),
             Estimated::A => information.a_criterion(),
             Estimated::D => information.d_criterion(),
             Estimated::E => information.e_criterion(),
@@ -955,17 +1065,12 @@ impl Estimate {
         let Some(values) = values else {
             return no_information();
         };
-        let count = values.len() as f64;
-        finite(match self.take {
-            Take::Mean => values.iter().sum::<f64>() / count,
-            Take::Rms => (values.iter().map(|value| value * value).sum::<f64>() / count).sqrt(),
-            _ => values.iter().copied().fold(0.0, f64::max),
-        })
+        summed_up(&values, self.take)
     }
 
     fn region_values(&self, sensor: &Sensor) -> Result<Vec<Option<f64>>, String> {
         let array = sensor.piezoelectric().map_err(|error| error.to_string())?;
-        let loads = Loads::one(&self.load, array.information_loads());
+        let loads = Loads::one(self.load(), array.information_loads());
         let loads = loads.map_err(|error| error.message)?;
         let load = loads.load(0);
         let (Some(force), Some(radius)) = (load.number(0), load.number(3)) else {
@@ -979,7 +1084,8 @@ impl Estimate {
             .unwrap_or_else(|| array.element_deviation());
         let farthest = farthest(&places, &contacts) + array.description.ceramic.side;
         let tables = PlaceInformation::new(&array, radius, farthest, noise, self.options.radius);
-        let value = |contact| self.of(&tables.at(&places, contact));
+        let anywhere = anywhere(sensor);
+        let value = |contact| self.of(&tables.at(&places, contact), anywhere);
         Ok(contacts.iter().map(value).collect())
     }
 
@@ -990,8 +1096,8 @@ impl Estimate {
         let Some(predictor) = predictor else {
             return Outcome::Outside(String::from("has no model"));
         };
-        let Ok(loads) = Loads::one(&self.load, predictor.load_columns()) else {
-            return Outcome::Outside(format!("the load {} is refused", self.load));
+        let Ok(loads) = Loads::one(self.load(), predictor.load_columns()) else {
+            return Outcome::Outside(format!("the load {} is refused", self.load()));
         };
         let columns = predictor.columns();
         let full = loads.load(0);
@@ -1056,9 +1162,9 @@ impl Estimate {
             .iter()
             .filter_map(|name| columns.iter().position(|column| column.name == *name))
             .collect();
-        let mut readings: Vec<Vec<f64>> = vec![Vec::with_capacity(WAY + 1); places.len()];
-        for step in 0..=WAY {
-            let row = self.answered(predictor.as_ref(), step as f64 / WAY as f64, accept);
+        let mut readings: Vec<Vec<f64>> = vec![Vec::with_capacity(STEPS + 1); places.len()];
+        for step in 0..=STEPS {
+            let row = self.answered(predictor.as_ref(), step as f64 / STEPS as f64, accept);
             let row = match row {
                 Ok(row) => row,
                 Err(outcome) => return outcome,
@@ -1105,8 +1211,8 @@ impl Estimate {
         share: f64,
         accept: &[String],
     ) -> Result<Vec<Cell>, Outcome> {
-        let Ok(loads) = Loads::one(&self.load, predictor.load_columns()) else {
-            let message = format!("the load {} is refused", self.load);
+        let Ok(loads) = Loads::one(self.load(), predictor.load_columns()) else {
+            let message = format!("the load {} is refused", self.load());
             return Err(Outcome::Outside(message));
         };
         let scaled = loads.load(0).scaled(predictor, share);
@@ -1124,8 +1230,8 @@ impl Estimate {
         let Some(device) = context.device.as_deref() else {
             return Outcome::Outside(String::from("the board cannot read the element"));
         };
-        let Ok(loads) = Loads::one(&self.load, device.information_loads()) else {
-            return Outcome::Outside(format!("the load {} is refused", self.load));
+        let Ok(loads) = Loads::one(self.load(), device.information_loads()) else {
+            return Outcome::Outside(format!("the load {} is refused", self.load()));
         };
         match device.crosstalk(&loads.load(0)) {
             Ok(share) => finite(share),
@@ -1158,8 +1264,8 @@ impl Estimate {
             .drawn
             .unwrap_or((context.sensor, AfterFile::AsDrawn));
         if let (Ok(made), Ok(drawn)) = (context.sensor.three_axis(), drawn.three_axis()) {
-            let Ok(loads) = Loads::one(&self.load, made.information_loads()) else {
-                return Outcome::Outside(format!("the load {} is refused", self.load));
+            let Ok(loads) = Loads::one(self.load(), made.information_loads()) else {
+                return Outcome::Outside(format!("the load {} is refused", self.load()));
             };
             let load = loads.load(0);
             let force = std::array::from_fn(|axis| load.number(axis).unwrap_or(0.0));
@@ -1196,8 +1302,8 @@ impl Estimate {
             && let Some(made) = device.stages()
         {
             let columns = device.information_loads();
-            let Ok(loads) = Loads::one(&self.load, columns) else {
-                return Outcome::Outside(format!("the load {} is refused", self.load));
+            let Ok(loads) = Loads::one(self.load(), columns) else {
+                return Outcome::Outside(format!("the load {} is refused", self.load()));
             };
             let load = loads.load(0);
             let pressing = columns.iter().position(|column| column.name == "force_z");
@@ -1231,6 +1337,14 @@ impl Estimated {
         matches!(
             self,
             Self::Range | Self::RangeEndedBy | Self::Linearity | Self::Stretch
+        )
+    }
+
+    /// True if it is the information at one load, and so may be asked over a range of them.
+    fn of_one_load(self) -> bool {
+        matches!(
+            self,
+            Self::Deviation(_) | Self::Place | Self::A | Self::D | Self::E | Self::Condition
         )
     }
 
@@ -1292,6 +1406,33 @@ fn off_line(values: &[f64]) -> Option<f64> {
     }
     let found = distance(0.5 * (low + high)) / whole;
     (whole > 0.0 && found.is_finite()).then_some(found)
+}
+
+/// One number of those over a range of loads or a region.
+fn summed_up(values: &[f64], take: Take) -> Outcome {
+    let count = values.len() as f64;
+    let found = match take {
+        Take::Mean => Some(values.iter().sum::<f64>() / count),
+        Take::Rms => {
+            let squares: f64 = values.iter().map(|value| value * value).sum();
+            Some((squares / count).sqrt())
+        }
+        Take::Last => values.last().copied(),
+        Take::Least => values.iter().copied().reduce(f64::min),
+        Take::Greatest | Take::Worst => values.iter().copied().reduce(f64::max),
+    };
+    found.map_or(Outcome::None, finite)
+}
+
+/// Deviation of the place of a contact of which nothing is known but that it is on the taxels, m: that
+/// of an even distribution over their rectangle. A measurement that is no better says nothing.
+fn anywhere(sensor: &Sensor) -> f64 {
+    let array = &sensor.array;
+    let [along, across] = [
+        array.columns as f64 * array.pitch[0],
+        array.rows as f64 * array.pitch[1],
+    ];
+    along.hypot(across) / 12f64.sqrt()
 }
 
 fn no_information() -> Outcome {
@@ -1361,11 +1502,11 @@ fn section(
         .iter()
         .find(|(known, ..)| *known == written.quantity);
     let Some((quantity, unit, scale, si)) = found else {
-        let names = SECTION.map(|(known, ..)| known).join(", ");
+        let names = SECTION.map(|(known, ..)| known);
         return wrong(
             "quantity",
             format!("a section has no \"{}\"", written.quantity),
-            format!("use one of: {names}"),
+            unknown(&written.quantity, &names, "use one of"),
         );
     };
     let condition = |key: &'static str, text: Option<&String>, dimension: &'static Dimension| {

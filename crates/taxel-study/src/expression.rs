@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use taxel::quantity;
+use taxel::words::advice;
 
 use crate::exponents::{Exponents, NONE};
 
@@ -58,6 +59,7 @@ enum Operator {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Function {
+    /// Of one value or more, as [`Function::Max`].
     Min,
     Max,
     Sqrt,
@@ -66,13 +68,13 @@ enum Function {
     Exp,
 }
 
-const FUNCTIONS: [(&str, Function, usize); 6] = [
-    ("min", Function::Min, 2),
-    ("max", Function::Max, 2),
-    ("sqrt", Function::Sqrt, 1),
-    ("abs", Function::Abs, 1),
-    ("ln", Function::Ln, 1),
-    ("exp", Function::Exp, 1),
+const FUNCTIONS: [(&str, Function); 6] = [
+    ("min", Function::Min),
+    ("max", Function::Max),
+    ("sqrt", Function::Sqrt),
+    ("abs", Function::Abs),
+    ("ln", Function::Ln),
+    ("exp", Function::Exp),
 ];
 
 /// Deepest nesting: a guard of the stack.
@@ -212,13 +214,21 @@ fn value_of(steps: &[Step], values: &[f64]) -> f64 {
                 }
             }
             Step::Call(function, count) => {
-                let b = if *count == 2 { taken(&mut stack) } else { 0.0 };
                 let a = taken(&mut stack);
+                // What is not a number stays so.
+                let of_all = |of_two: fn(f64, f64) -> f64, stack: &mut Vec<f64>| {
+                    (1..*count).fold(a, |a, _| {
+                        let b = taken(stack);
+                        if a.is_nan() || b.is_nan() {
+                            f64::NAN
+                        } else {
+                            of_two(a, b)
+                        }
+                    })
+                };
                 match function {
-                    // What is not a number stays so.
-                    Function::Min | Function::Max if a.is_nan() || b.is_nan() => f64::NAN,
-                    Function::Min => a.min(b),
-                    Function::Max => a.max(b),
+                    Function::Min => of_all(f64::min, &mut stack),
+                    Function::Max => of_all(f64::max, &mut stack),
                     Function::Sqrt => a.sqrt(),
                     Function::Abs => a.abs(),
                     Function::Ln => a.ln(),
@@ -525,7 +535,8 @@ impl<'a> Reader<'a> {
                     self.at -= 1;
                     let known: Vec<&str> =
                         self.names.iter().map(|(known, _)| known.as_str()).collect();
-                    let help = format!("names here: {}", known.join(", "));
+                    let all = format!("names here: {}", known.join(", "));
+                    let help = advice(&name, known, &all);
                     return Err(self.mistake(format!("\"{name}\" is no name here"), &help));
                 };
                 Ok((vec![Step::Name(index)], self.names[index].1, span))
@@ -545,36 +556,35 @@ impl<'a> Reader<'a> {
     }
 
     fn call(&mut self, name: &str, span: Range<usize>) -> Result<Part, Mistake> {
-        let known = FUNCTIONS.iter().find(|(known, _, _)| *known == name);
-        let Some((_, function, count)) = known else {
+        let known = FUNCTIONS.iter().find(|(known, _)| *known == name);
+        let Some((_, function)) = known else {
             self.at -= 1;
-            let known: Vec<&str> = FUNCTIONS.iter().map(|(known, _, _)| *known).collect();
-            let help = format!("functions: {}", known.join(", "));
+            let known: Vec<&str> = FUNCTIONS.iter().map(|(known, _)| *known).collect();
+            let all = format!("functions: {}", known.join(", "));
+            let help = advice(name, known, &all);
             return Err(self.mistake(format!("\"{name}\" is no function"), &help));
         };
         self.at += 1;
         let first = self.sum()?;
         let mut steps = first.0;
         let exponents = first.1;
-        if *count == 2 {
-            if !self.takes(',') {
-                return Err(
-                    self.mistake("a second value is needed here", "write such as min(a, b)")
-                );
-            }
-            let second = self.sum()?;
-            if second.1 != exponents {
+        let several = matches!(function, Function::Min | Function::Max);
+        let mut count = 1;
+        while several && self.takes(',') {
+            let next = self.sum()?;
+            if next.1 != exponents {
                 return Err(Mistake {
                     message: format!(
                         "this is {}; {} is needed here",
-                        second.1.name(),
+                        next.1.name(),
                         exponents.name()
                     ),
                     help: String::from("compare what has the same dimension"),
-                    span: second.2,
+                    span: next.2,
                 });
             }
-            steps.extend(second.0);
+            steps.extend(next.0);
+            count += 1;
         }
         let end = self.span().end;
         self.closed()?;
@@ -589,7 +599,7 @@ impl<'a> Reader<'a> {
             }
             _ => exponents,
         };
-        steps.push(Step::Call(*function, *count));
+        steps.push(Step::Call(*function, count));
         Ok((steps, result, span.start..end))
     }
 }
@@ -623,6 +633,9 @@ mod tests {
             ("8 / 2 / 2", 2.0),
             ("gap / (1 um)", 20.0),
             ("min(share, 3 %) * 100", 3.0),
+            ("max(gap, 1 um, 30 um, 7 um) / (1 um)", 30.0),
+            ("min(share, 4, 3 %, 1) * 100", 3.0),
+            ("max(share)", 0.5),
             ("sqrt(gap * gap) / gap", 1.0),
             ("load / (2 kN/m) / (1 mm)", 2.5),
             ("ln(exp(share))", 0.5),
@@ -647,7 +660,8 @@ mod tests {
             ("2 gap", "gap"),
             ("gap $ 2", "$"),
             ("sin(share)", "sin"),
-            ("min(gap, 1 N)", "1 N"),
+            ("min(gap, 1 um, 1 N)", "1 N"),
+            ("sqrt(share, 1)", ","),
             ("(gap", "p"),
         ] {
             let mistake = expression(text, &names()).unwrap_err();

@@ -6,7 +6,7 @@ use taxel::table::Column;
 use crate::optimise::Optimum;
 use crate::place::Placing;
 use crate::study::{Row, Status, Study, Values};
-use crate::sweep::variable_column;
+use crate::sweep::{variable_column, way_of};
 use crate::tolerance::Tolerance;
 
 const STYLE: &str = ".paper{fill:#fff}.title{font:600 16px sans-serif;fill:#111}.head{font:600 13px sans-serif;fill:#111}\
@@ -262,10 +262,10 @@ pub fn sweep(study: &Study, rows: &[Row]) -> String {
     match across.len() {
         0 | 1 => lines(study, rows),
         2 if study.sweep.plan == "grid" => maps(study, rows),
-        2 => pairs(study, rows),
+        2 => pairs(study, rows, None),
         _ => {
             let parallel = parallel(study, rows);
-            beside(&parallel, &pairs(study, rows))
+            beside(&parallel, &pairs(study, rows, None))
         }
     }
 }
@@ -318,6 +318,10 @@ fn lines(study: &Study, rows: &[Row]) -> String {
                 .map(|point| at(corner, size, &x, &y, *point))
                 .collect();
             places.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            for change in changes(study, rows, over) {
+                let across = corner[0] + size[0] * x.share(change);
+                svg.line("limit", [across, corner[1]], [across, corner[1] + size[1]]);
+            }
             if !places.is_empty() {
                 svg.path("curve", &places, false);
             }
@@ -326,7 +330,27 @@ fn lines(study: &Study, rows: &[Row]) -> String {
             }
         }
     }
+    let ways = crate::sweep::ways(study, rows);
+    if ways.len() > 1 {
+        let names: Vec<&str> = ways.iter().map(|(_, way)| way.as_str()).collect();
+        let note = format!(
+            "dashed: the way of answering changes ({})",
+            names.join("; ")
+        );
+        svg.text("note", [86.0, 40.0], Anchor::Start, &note);
+    }
     svg.finish([WIDTH, height], &study.name, STYLE)
+}
+
+/// Values of a variable in the middles between designs that were answered in two ways.
+fn changes(study: &Study, rows: &[Row], over: &Shown<'_>) -> Vec<f64> {
+    let mut answered: Vec<(f64, &str)> = rows
+        .iter()
+        .filter_map(|row| Some(((over.value)(row), way_of(study, row)?)))
+        .collect();
+    answered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let pairs = answered.windows(2).filter(|pair| pair[0].1 != pair[1].1);
+    pairs.map(|pair| 0.5 * (pair[0].0 + pair[1].0)).collect()
 }
 
 /// A map of each answer over two variables; designs that break a constraint are framed off,
@@ -682,23 +706,37 @@ fn parallel(study: &Study, rows: &[Row]) -> String {
     svg.finish([width, height], &study.name, STYLE)
 }
 
-/// Every variable against every answer.
-fn pairs(study: &Study, rows: &[Row]) -> String {
+/// Every variable against every answer: of a sweep in colours of the first objective, of an
+/// optimisation with the `best` design marked.
+fn pairs(study: &Study, rows: &[Row], best: Option<&Row>) -> String {
     let mut svg = Svg::default();
     let (across, upward) = (variables(study), answers(study));
-    let cell = [220.0, 180.0];
+    // The label of a panel and its ticks stand to the left of it.
+    let (cell, label, top) = ([310.0, 220.0], 84.0, 82.0);
     let size = [
-        110.0 + cell[0] * across.len() as f64,
-        90.0 + cell[1] * upward.len() as f64,
+        (cell[0] * across.len() as f64 + 20.0).max(WIDTH),
+        top + cell[1] * upward.len() as f64,
     ];
     svg.rectangle("paper", [0.0; 2], size);
-    svg.text(
-        "head",
-        [20.0, 26.0],
-        Anchor::Start,
-        "pairs of variables and answers",
-    );
-    let (_, values, scale) = colouring(study, rows);
+    svg.text("title", [size[0] / 2.0, 26.0], Anchor::Middle, &study.name);
+    let (name, values, scale) = colouring(study, rows);
+    let words = match best {
+        Some(best) => format!(
+            "orange: the best of {} designs, {}",
+            rows.len(),
+            told(study, best)
+        ),
+        None => format!(
+            "colour: {name}, from {} (dark) to {} (light)",
+            short(scale.low),
+            short(scale.high)
+        ),
+    };
+    svg.text("note", [label, 46.0], Anchor::Start, &words);
+    if !study.constraints.is_empty() {
+        let words = "grey: breaks a constraint";
+        svg.text("note", [label, 62.0], Anchor::Start, words);
+    }
     for (j, answer) in upward.iter().enumerate() {
         for (i, variable) in across.iter().enumerate() {
             let done = rows.iter().filter(|row| row.status == Status::Done);
@@ -710,8 +748,8 @@ fn pairs(study: &Study, rows: &[Row]) -> String {
                 false,
             )
             .roomy();
-            let corner = [80.0 + cell[0] * i as f64, 44.0 + cell[1] * j as f64];
-            let inner = [cell[0] - 66.0, cell[1] - 50.0];
+            let corner = [label + cell[0] * i as f64, top + cell[1] * j as f64];
+            let inner = [cell[0] - label, cell[1] - 56.0];
             frame(&mut svg, corner, inner, &x, &y);
             for (row, value) in rows.iter().zip(&values) {
                 let point = [(variable.value)(row), (answer.value)(row)];
@@ -719,21 +757,38 @@ fn pairs(study: &Study, rows: &[Row]) -> String {
                     continue;
                 }
                 let [px, py] = at(corner, inner, &x, &y, point);
-                let fill = if feasible(study, row) {
-                    colour(scale.share(*value))
-                } else {
-                    String::from("#ccc")
+                let fill = match best {
+                    _ if !feasible(study, row) => String::from("#ccc"),
+                    Some(_) => String::from("#0072b2"),
+                    None => colour(scale.share(*value)),
                 };
                 svg.raw(&format!(
                     "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"2.5\" fill=\"{fill}\"/>"
                 ));
+            }
+            if let Some(best) = best {
+                let point = [(variable.value)(best), (answer.value)(best)];
+                svg.circle("best", at(corner, inner, &x, &y, point), 6.0);
             }
         }
     }
     svg.finish(size, &study.name, STYLE)
 }
 
-/// The figure of an optimisation: of one objective its course, of two the front with the
+/// A design in words: its variables and its answers.
+fn told(study: &Study, row: &Row) -> String {
+    let all = variables(study).into_iter().chain(answers(study));
+    let word = |shown: Shown<'_>| {
+        let name = shown.column.name.replace('_', " ");
+        let unit = shown.column.unit;
+        format!("{name} {} {unit}", short((shown.value)(row)))
+            .trim_end()
+            .to_owned()
+    };
+    all.map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// The figure of an optimisation: of one objective all designs with the best one, of two the front with the
 /// dominated designs grey, of three and more parallel coordinates of the front.
 pub fn optimum(study: &Study, optimum: &Optimum) -> String {
     match study.objectives.len() {
@@ -745,7 +800,8 @@ pub fn optimum(study: &Study, optimum: &Optimum) -> String {
                 .map(|one| one.row.clone())
                 .collect();
             rows.extend(optimum.front.iter().map(|one| one.row.clone()));
-            pairs(study, &rows)
+            let best = optimum.front.first().map(|one| &one.row);
+            pairs(study, &rows, best)
         }
         _ => {
             let rows: Vec<Row> = optimum.front.iter().map(|one| one.row.clone()).collect();
@@ -810,6 +866,11 @@ fn front(study: &Study, optimum: &Optimum) -> String {
         front.len()
     );
     svg.text("note", [86.0, 48.0], Anchor::Start, &note);
+    if let Some(first) = optimum.front.first().map(|one| &one.row) {
+        svg.circle("best", at(corner, inner, &x, &y, point(first)), 6.0);
+        let note = format!("orange, the file of --best: {}", told(study, first));
+        svg.text("note", [86.0, size[1] - 8.0], Anchor::Start, &note);
+    }
     svg.finish(size, &study.name, STYLE)
 }
 

@@ -13,7 +13,7 @@ pub struct StudyFile {
     pub schema: u32,
     /// Name of the study.
     pub name: String,
-    /// Sensor file, or name of a shipped one: all that is not varied.
+    /// Sensor file, relative to the study file, or name of a shipped one: all that is not varied.
     pub sensor: String,
     /// Changes of the sensor file before anything else: path of a key to its value.
     #[serde(default)]
@@ -144,9 +144,10 @@ pub struct AnswerFile {
     pub quantity: String,
     /// Load, as after `--load`.
     pub load: Option<String>,
-    /// Way of loads, such as `fz=0..10 N`, in the place of one load.
+    /// Range of loads, such as `fz=0..10 N` or `fz=5 mN..50 N`, in the place of one load.
     pub over: Option<String>,
-    /// Which of the answers over a way or a region.
+    /// Which of the answers over a range of loads or a region; default the last of a prediction, the
+    /// worst of an estimate over a range, the rms of a region.
     pub take: Option<Take>,
     /// Mechanics of a prediction; default what the sensor file says.
     pub mechanics: Option<MechanicsFile>,
@@ -182,17 +183,17 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Take {
-    /// That of the last load of a way.
+    /// That of the last load of a range.
     Last,
     /// The greatest.
     Greatest,
     /// The least.
     Least,
-    /// The mean over a region.
+    /// The mean over a region, or of an estimate over a range.
     Mean,
-    /// The root of the mean square over a region.
+    /// The root of the mean square, likewise.
     Rms,
-    /// The greatest over a region.
+    /// The greatest, likewise.
     Worst,
 }
 
@@ -235,7 +236,7 @@ pub struct ObjectivesFile {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SweepFile {
-    /// How designs are chosen; a name that ends in .csv is a table of them.
+    /// How designs are chosen; a name that ends in .csv is a table of them, relative to the study file.
     pub plan: String,
     /// Number of designs of `latin_hypercube` and `sobol`.
     pub points: usize,
@@ -295,6 +296,9 @@ pub struct ToleranceFile {
     pub samples: usize,
     /// Seed.
     pub seed: u64,
+    /// Devices that are computed where one takes long: a quadratic through them, whose error is stated,
+    /// answers for all samples. Without the key every device is computed.
+    pub computed: Option<usize>,
     /// What is corrected on each made device before a limit is applied.
     pub after: AfterFile,
     /// Correlations of two spreads: name, name, coefficient.
@@ -308,6 +312,7 @@ impl Default for ToleranceFile {
         Self {
             samples: 1024,
             seed: 1,
+            computed: None,
             after: AfterFile::AsDrawn,
             correlation: Vec::new(),
             limits: BTreeMap::new(),

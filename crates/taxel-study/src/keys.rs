@@ -1,6 +1,7 @@
 //! Keys of a sensor file: paths into its text, which is edited and read as usual.
 
 use taxel::quantity::Dimension;
+use taxel::words::distance;
 use toml_edit::{DocumentMut, Item, Value};
 
 use crate::exponents::quantity_of;
@@ -248,22 +249,6 @@ pub(crate) fn nearest(text: &str, known: &[String]) -> Vec<String> {
         .take(3)
         .map(|(_, path)| path.clone())
         .collect()
-}
-
-/// Number of letters to change, insert or remove (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut before = row[0];
-        row[0] = i + 1;
-        for (j, other) in b.iter().enumerate() {
-            let changed = before + usize::from(letter != *other);
-            before = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(before + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

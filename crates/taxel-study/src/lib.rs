@@ -38,6 +38,7 @@ mod shipped;
 pub mod spread;
 pub mod store;
 pub mod study;
+mod surrogate;
 pub mod sweep;
 pub mod tolerance;
 

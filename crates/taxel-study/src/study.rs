@@ -8,10 +8,11 @@ use taxel::mechanics::Mechanics;
 use taxel::quantity::STRESS;
 use taxel::sensor::Sensor;
 use taxel::solutions::Solutions;
+use taxel::words::advice;
 use taxel::{InputError, toml_input};
 use toml_edit::{DocumentMut, Value};
 
-use crate::answers::{Answer, Context, Named, Outcome, SolvedSection};
+use crate::answers::{Answer, Context, Named, Outcome, SolvedSection, WAY_COLUMN};
 use crate::exponents::{Exponents, NONE, quantity_of};
 use crate::expression::{Comparison, Expression, Mistake, comparison, expression, names_in};
 use crate::file::{
@@ -454,6 +455,13 @@ impl Study {
         study.objectives = reader.objectives(&names, &study)?;
         study.limits = reader.limits(&study)?;
         reader.check_options(&study)?;
+        let ways = nominal
+            .device()
+            .is_ok_and(|device| !device.way().is_empty());
+        let named = |name: &String| name == WAY_COLUMN;
+        if ways && !study.names().iter().any(|(name, _)| named(name)) {
+            study.answers.push(Answer::way());
+        }
         Ok(study)
     }
 
@@ -1174,17 +1182,24 @@ impl Reader<'_> {
     fn answers(&self, nominal: &Sensor, variables: &[Variable]) -> Result<Vec<Answer>, InputError> {
         let names = self.keys(&["answers"]);
         let named: Vec<Named<'_>> = variables.iter().map(Variable::named).collect();
-        let mut answers = Vec::new();
+        let (mut answers, mut mistakes) = (Vec::new(), Vec::new());
         for name in names {
             if self.written.variables.contains_key(&name) {
                 let message = "a variable has this name";
-                return Err(self.at(&["answers", &name], message, "give the answer another name"));
+                let help = "give the answer another name";
+                mistakes.push(self.at(&["answers", &name], message, help));
+                continue;
             }
-            let written = &self.written.answers[&name];
-            let answer = Answer::read(&name, written, nominal, &named).map_err(|wrong| {
-                self.at(&["answers", &name, wrong.key], &wrong.message, &wrong.help)
-            })?;
-            answers.push(answer);
+            match Answer::read(&name, &self.written.answers[&name], nominal, &named) {
+                Ok(answer) => answers.push(answer),
+                Err(wrong) => {
+                    let key = ["answers", &name, wrong.key];
+                    mistakes.push(self.at(&key, &wrong.message, &wrong.help));
+                }
+            }
+        }
+        if let Some(mistakes) = InputError::joined(mistakes) {
+            return Err(mistakes);
         }
         for (index, variable) in variables.iter().enumerate() {
             let used = || answers.iter().any(|answer| answer.uses(index));
@@ -1262,7 +1277,8 @@ impl Reader<'_> {
             let index = study.answers.iter().position(|one| one.name == name);
             let Some(index) = index else {
                 let known: Vec<&str> = study.answers.iter().map(|one| one.name.as_str()).collect();
-                let help = format!("answers: {}", known.join(", "));
+                let all = format!("answers: {}", known.join(", "));
+                let help = advice(&name, known, &all);
                 return Err(self.at(&at, "this is no answer", &help));
             };
             let answer = &study.answers[index];
@@ -1320,10 +1336,11 @@ impl Reader<'_> {
         let known = ["grid", "latin_hypercube", "sobol"];
         if !known.contains(&plan) && !study.sweep.is_list() {
             let message = format!("there is no plan \"{plan}\"");
-            let help = format!(
+            let all = format!(
                 "use one of: {}, or name a table of designs (.csv)",
                 known.join(", ")
             );
+            let help = advice(plan, known, &all);
             return Err(self.at(&["sweep", "plan"], &message, &help));
         }
         for name in study.sweep.columns.iter().flatten() {
@@ -1333,7 +1350,8 @@ impl Reader<'_> {
             let names: Vec<&str> = names.collect();
             if !names.contains(&name.as_str()) {
                 let message = format!("the table of a sweep has no column \"{name}\"");
-                let help = format!("use some of: {}", names.join(", "));
+                let all = format!("use some of: {}", names.join(", "));
+                let help = advice(name, names, &all);
                 return Err(self.at(&["sweep", "columns"], &message, &help));
             }
         }

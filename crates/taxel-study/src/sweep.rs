@@ -3,6 +3,7 @@
 use taxel::InputError;
 use taxel::table::{Cell, Column};
 
+use crate::answers::{Outcome, WAY_COLUMN};
 use crate::exponents::NONE;
 use crate::keys::Form;
 use crate::plans::{latin_hypercube, sobol};
@@ -140,17 +141,53 @@ fn listed(study: &Study, file: &str, text: &str) -> Result<Vec<Vec<f64>>, InputE
     Ok(designs)
 }
 
+/// How many of `rows` each way answered, the commonest first; none or one where a curve through
+/// them is one curve.
+pub fn ways(study: &Study, rows: &[Row]) -> Vec<(usize, String)> {
+    let mut counted: Vec<(usize, String)> = Vec::new();
+    for way in rows.iter().filter_map(|row| way_of(study, row)) {
+        match counted.iter_mut().find(|(_, known)| known == way) {
+            Some((count, _)) => *count += 1,
+            None => counted.push((1, way.to_owned())),
+        }
+    }
+    counted.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    counted
+}
+
+/// Which way answered a design; none of a device with one, and of a design without an answer.
+pub(crate) fn way_of<'r>(study: &Study, row: &'r Row) -> Option<&'r str> {
+    let way = study.answers.iter().position(|one| one.name == WAY_COLUMN);
+    match row.answers.get(way?) {
+        Some(Outcome::Word(way)) => Some(way),
+        _ => None,
+    }
+}
+
+/// All columns of a table of designs with its rows; which way answered only where it changes.
+pub fn all(study: &Study, rows: &[Row]) -> (Vec<Column>, Vec<Vec<Cell>>) {
+    let mut columns = columns(study);
+    let mut cells: Vec<Vec<Cell>> = rows.iter().map(|row| cells(study, row)).collect();
+    let way = columns.iter().position(|column| column.name == WAY_COLUMN);
+    if let Some(way) = way.filter(|_| ways(study, rows).len() < 2) {
+        columns.remove(way);
+        for row in &mut cells {
+            row.remove(way);
+        }
+    }
+    (columns, cells)
+}
+
 /// The table of a sweep: the columns that the study names, or else all.
 pub fn table(study: &Study, rows: &[Row]) -> (Vec<Column>, Vec<Vec<Cell>>) {
-    let all = columns(study);
-    let rows = rows.iter().map(|row| cells(study, row));
+    let (all, rows) = all(study, rows);
     let Some(names) = &study.sweep.columns else {
-        return (all, rows.collect());
+        return (all, rows);
     };
     let place = |name: &String| all.iter().position(|column| column.name == *name);
     let places: Vec<usize> = names.iter().filter_map(place).collect();
     let chosen = |row: Vec<Cell>| places.iter().map(|place| row[*place].clone()).collect();
-    let rows = rows.map(chosen).collect();
+    let rows = rows.into_iter().map(chosen).collect();
     (
         places.iter().map(|place| all[*place].clone()).collect(),
         rows,
@@ -158,7 +195,7 @@ pub fn table(study: &Study, rows: &[Row]) -> (Vec<Column>, Vec<Vec<Cell>>) {
 }
 
 /// Columns of a table of designs: variables, answers, state and reason.
-pub fn columns(study: &Study) -> Vec<Column> {
+fn columns(study: &Study) -> Vec<Column> {
     let variables = study.variables.iter().map(variable_column);
     let answers = study.answers.iter().map(|answer| answer.column.clone());
     let ends = ["status", "reason"].map(Column::plain);
@@ -185,8 +222,7 @@ pub fn variable_column(variable: &crate::study::Variable) -> Column {
 }
 
 /// Cells of one row, as [`columns`] has them.
-pub fn cells(study: &Study, row: &Row) -> Vec<Cell> {
-    use crate::answers::Outcome;
+fn cells(study: &Study, row: &Row) -> Vec<Cell> {
     let variables = study.variables.iter().zip(&row.point);
     let variables = variables.map(|(variable, value)| match &variable.values {
         Values::Words(words) => {

@@ -11,12 +11,14 @@ use taxel::table::{Cell, Column};
 use taxel_numerics::dense::cholesky;
 use taxel_numerics::least_squares::NORMAL_95;
 
+use crate::answers::Outcome;
 use crate::file::AfterFile;
-use crate::plans::{draw, seeded};
+use crate::plans::{draw, seeded, sobol};
 use crate::run::{Made, Runner};
 use crate::spread::{Spread, normal_below, normal_quantile};
 use crate::store::{StoreError, key_of};
 use crate::study::{Row, Status, Study, Values};
+use crate::surrogate::{Quadratic, terms};
 
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 400;
@@ -62,6 +64,9 @@ pub struct Distribution {
     pub shares: Vec<Share>,
     /// Answers of all devices that have one, SI.
     pub values: Vec<f64>,
+    /// Greatest error of the quadratic that answered, SI, found on devices that it did not know; none
+    /// where every device was computed.
+    pub surrogate_error: Option<f64>,
 }
 
 /// Yield with one spread halved.
@@ -179,6 +184,9 @@ pub enum NoTolerance {
         "the nominal design is {0}\nhelp: spreads are about the values of the sensor file; correct them"
     )]
     Nominal(String),
+    /// A device of those that are computed for all others fails, or they are too few.
+    #[error("the computed devices do not stand for all: {0}")]
+    Computed(String),
     /// The correlations contradict each other.
     #[error(
         "the correlations contradict each other: their matrix is not positive definite\nhelp: lower them"
@@ -216,6 +224,9 @@ pub fn tolerance(
 
 /// Devices that a tolerance analysis makes, the same ones counted anew in each table.
 pub fn devices(study: &Study) -> usize {
+    if let Some(computed) = study.tolerance.computed {
+        return computed;
+    }
     let spreads = processes(study).len();
     let mixed = if study.tolerance.correlation.is_empty() {
         spreads
@@ -291,15 +302,127 @@ pub fn tolerance_by(runner: &mut Runner<'_>) -> Result<Result<Tolerance, NoToler
     if limited {
         tables.extend((0..spreads).map(|process| points(&a, Some(process))));
     }
+    let stand_ins = match study.tolerance.computed {
+        None => None,
+        Some(count) => match stand_ins(&plan, count, &nominal, runner)? {
+            Ok(found) => Some(found),
+            Err(error) => return Ok(Err(error)),
+        },
+    };
     let mut results: Vec<Vec<Row>> = Vec::new();
     for points in &tables {
+        if let Some(stand_ins) = &stand_ins {
+            results.push(points.iter().map(|point| stand_ins.row(point)).collect());
+            continue;
+        }
         let rows: Vec<_> = runner.rows(points)?;
         let Some(rows) = rows.into_iter().collect::<Option<Vec<Row>>>() else {
             return Ok(Err(NoTolerance::Stopped));
         };
         results.push(rows);
     }
-    Ok(Ok(summarised(&plan, &nominal, &results, correlated)))
+    let errors = stand_ins.map(|found| found.errors());
+    Ok(Ok(summarised(
+        &plan,
+        &nominal,
+        &results,
+        correlated,
+        errors.as_deref(),
+    )))
+}
+
+/// Quadratics that answer for devices.
+struct StandIns {
+    /// Index of each made value in a point, its drawn value, and the greatest distance from that.
+    scales: Vec<(usize, f64, f64)>,
+    /// Of each answer; none of a word.
+    answers: Vec<Option<Quadratic>>,
+    nominal: Row,
+}
+
+impl StandIns {
+    fn place(&self, point: &[f64]) -> Vec<f64> {
+        let scales = self.scales.iter();
+        scales
+            .map(|(variable, drawn, far)| (point[*variable] - drawn) / far)
+            .collect()
+    }
+
+    fn row(&self, point: &[f64]) -> Row {
+        let place = self.place(point);
+        let answers = self.answers.iter().zip(&self.nominal.answers);
+        let answers = answers.map(|(quadratic, nominal)| match quadratic {
+            Some(quadratic) => Outcome::Number(quadratic.at(&place)),
+            None => nominal.clone(),
+        });
+        Row {
+            point: point.to_vec(),
+            answers: answers.collect(),
+            ..self.nominal.clone()
+        }
+    }
+
+    fn errors(&self) -> Vec<Option<f64>> {
+        let error = |one: &Option<Quadratic>| one.as_ref().map(|one| one.error);
+        self.answers.iter().map(error).collect()
+    }
+}
+
+/// Quadratics through `count` devices, spread evenly over what may be made.
+fn stand_ins(
+    plan: &Plan<'_>,
+    count: usize,
+    nominal: &Row,
+    runner: &mut Runner<'_>,
+) -> Result<Result<StandIns, NoTolerance>, StoreError> {
+    // A quadratic is fitted to four fifths of them, and each number of it needs a device.
+    let least = (5 * terms(plan.sources.len())).div_ceil(4);
+    if count < least {
+        let message = format!("{count} devices for {least} that a quadratic needs at least");
+        return Ok(Err(NoTolerance::Computed(message)));
+    }
+    // The first point of the sequence has shares of zero, where a normal distribution has no value.
+    let shares = sobol(plan.sources.len(), count, Some(plan.study.tolerance.seed));
+    let inside = |shares: &Vec<f64>| -> Vec<f64> {
+        let inside = |share: &f64| share.clamp(0.5 / count as f64, 1.0 - 0.5 / count as f64);
+        shares.iter().map(inside).collect()
+    };
+    let points: Vec<Vec<f64>> = shares
+        .iter()
+        .map(|shares| plan.point(&inside(shares), None))
+        .collect();
+    let rows = runner.rows(&points)?;
+    let Some(rows) = rows.into_iter().collect::<Option<Vec<Row>>>() else {
+        return Ok(Err(NoTolerance::Stopped));
+    };
+    if let Some((failed, reason)) = crate::sweep::reasons(&rows).into_iter().next() {
+        let message = format!("{failed} of {count}: {reason}");
+        return Ok(Err(NoTolerance::Computed(message)));
+    }
+    let far = |source: &Source| {
+        let distance = |row: &Row| (row.point[source.variable] - source.drawn).abs();
+        let far = rows.iter().map(distance).fold(0.0, f64::max);
+        (source.variable, source.drawn, far)
+    };
+    let mut found = StandIns {
+        scales: plan.sources.iter().map(far).collect(),
+        answers: Vec::new(),
+        nominal: nominal.clone(),
+    };
+    let places: Vec<Vec<f64>> = rows.iter().map(|row| found.place(&row.point)).collect();
+    for (index, answer) in plan.study.answers.iter().enumerate() {
+        let values: Option<Vec<f64>> = rows.iter().map(|row| row.answers[index].number()).collect();
+        let Some(values) = values.filter(|_| !answer.word) else {
+            found.answers.push(None);
+            continue;
+        };
+        let Some(quadratic) = Quadratic::through(&places, &values) else {
+            let message = format!("{} has no quadratic through {count} of them", answer.name);
+            return Ok(Err(NoTolerance::Computed(message)));
+        };
+        found.answers.push(Some(quadratic));
+    }
+    Ok(Ok(found))
 }
 
 fn plan(study: &Study) -> Result<Plan<'_>, NoTolerance> {
@@ -366,7 +489,13 @@ fn plan(study: &Study) -> Result<Plan<'_>, NoTolerance> {
     })
 }
 
-fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: bool) -> Tolerance {
+fn summarised(
+    plan: &Plan<'_>,
+    nominal: &Row,
+    results: &[Vec<Row>],
+    correlated: bool,
+    errors: Option<&[Option<f64>]>,
+) -> Tolerance {
     let study = plan.study;
     let spreads = plan.processes.len();
     let (a, b) = (&results[0], &results[1]);
@@ -425,6 +554,7 @@ fn summarised(plan: &Plan<'_>, nominal: &Row, results: &[Vec<Row>], correlated: 
                 yields,
                 shares,
                 values: in_order,
+                surrogate_error: errors.and_then(|errors| errors[index]),
             }
         })
         .collect();
@@ -604,7 +734,8 @@ pub fn table(study: &Study, found: &Tolerance) -> (Vec<Column>, Vec<Vec<Cell>>) 
             ("deviation", one.deviation),
         ]
         .into_iter()
-        .chain(quantiles.map(|(name, index)| (name, one.quantiles[index])));
+        .chain(quantiles.map(|(name, index)| (name, one.quantiles[index])))
+        .chain(one.surrogate_error.map(|error| ("surrogate_error", error)));
         for (what, value) in values {
             rows.push(vec![
                 Cell::from(column.name.clone()),

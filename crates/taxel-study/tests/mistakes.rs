@@ -290,7 +290,13 @@ fn designs_that_fail_are_rows_with_their_reasons() {
     assert_eq!(commonest.0, refused);
     assert!(commonest.1.contains("gap_deviation"), "{}", commonest.1);
     let done = rows.iter().find(|row| row.status == Status::Done).unwrap();
-    assert!(done.answers.iter().all(|answer| answer.number().is_some()));
+    // Which way answered is a word.
+    let mut asked = study
+        .answers
+        .iter()
+        .zip(&done.answers)
+        .filter(|(one, _)| !one.word);
+    assert!(asked.all(|(_, found)| found.number().is_some()));
 }
 
 #[test]
@@ -342,4 +348,57 @@ fn mutated_studies_never_panic() {
     }
     // Many mutations fall into comments.
     assert!(read_well > 20, "{read_well}");
+}
+
+#[test]
+fn several_mistakes_are_found_in_one_run_and_say_what_may_be_meant() {
+    let text = taxel_study::shipped_text("p1-resolution").unwrap();
+    let swapped = |changes: &[(&str, &str)]| {
+        let mut text = text.to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from}");
+            text = text.replacen(from, to, 1);
+        }
+        read(&text).map(|_| ()).unwrap_err().to_string()
+    };
+    let told = |message: &str, parts: &[&str]| {
+        for part in parts {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+    };
+    // Keys, and values that no key takes.
+    let message = swapped(&[
+        ("[variables.gap]\nkey", "[variables.gap]\nkee"),
+        ("seed = 1", "seed = \"one\""),
+        ("evaluations", "evaluation"),
+    ]);
+    told(
+        &message,
+        &[
+            "did you mean \"key\"?",
+            "a whole number of 0 or more is needed here",
+            "did you mean \"evaluations\"?",
+        ],
+    );
+    assert_eq!(message.matches("also: ").count(), 2, "{message}");
+    // What is asked.
+    let message = swapped(&[
+        ("quantity = \"deviation\"", "quantity = \"devation\""),
+        (
+            "quantity = \"rest_capacitance\"",
+            "quantity = \"rest_capacitence\"",
+        ),
+    ]);
+    told(
+        &message,
+        &[
+            "did you mean \"deviation\"?",
+            "did you mean \"rest_capacitance\"?",
+        ],
+    );
+    assert_eq!(message.matches("also: ").count(), 1, "{message}");
+    told(
+        &swapped(&[("thickness - 200 um", "thicknes - 200 um")]),
+        &["did you mean \"thickness\"?"],
+    );
 }

@@ -9,8 +9,9 @@ use taxel::mechanics::{Base, ContactPressure, SoftCover};
 use taxel::predict::Loads;
 use taxel::sensor::Sensor;
 use taxel::table::Cell;
-use taxel_study::answers::Outcome;
-use taxel_study::study::Status;
+use taxel_study::answers::{Outcome, WAY_COLUMN};
+use taxel_study::study::{Row, Status};
+use taxel_study::{figures, sweep};
 
 use common::{near, read, study_of};
 
@@ -269,4 +270,116 @@ fn what_a_device_has_nothing_of_is_refused_when_the_study_is_read() {
         "does not use load",
     );
     refused("in-plane-50um", "linearity", "", "needs a load");
+}
+
+#[test]
+fn an_estimate_over_a_range_of_loads_is_the_worst_of_it() {
+    let over = |more: &str| {
+        let more = format!("over = \"fz = 5 mN .. 50 N\"\n{more}");
+        number("in-plane-50um", "", "deviation", &more)
+    };
+    let at = |load: &str| {
+        number(
+            "in-plane-50um",
+            "",
+            "deviation",
+            &format!("load = \"{load}\""),
+        )
+    };
+    // The resolution of this sensor falls off towards its end.
+    let [first, last] = [at("fz=5 mN"), at("fz=50 N")];
+    near(over(""), last, 1e-12, "worst without a word");
+    near(over("take = \"worst\""), last, 1e-12, "worst");
+    near(over("take = \"least\""), first, 1e-12, "least");
+    let mean = over("take = \"mean\"");
+    assert!(first < mean && mean < last, "{first} {mean} {last}");
+    // Equal ratios, as equal steps of half a newton would leap over the first load.
+    let loads = (0..=100).map(|step| 5e-3 * 1e4f64.powf(f64::from(step) / 100.0));
+    let deviations: Vec<f64> = loads.map(|load| at(&format!("fz={load} N"))).collect();
+    // Texts of loads round in their last digit.
+    near(mean, deviations.iter().sum::<f64>() / 101.0, 1e-9, "mean");
+    // What else is loaded stays.
+    let over = "over = \"fz=20 mN..200 mN, x=0 mm, y=0 mm, radius=4 mm\"\ntake = \"least\"";
+    let one = "load = \"fz=200 mN, x=0 mm, y=0 mm, radius=4 mm\"";
+    near(
+        number("piezo-1.5mm", "", "deviation_place", over),
+        number("piezo-1.5mm", "", "deviation_place", one),
+        1e-12,
+        "place",
+    );
+    refused(
+        "in-plane-50um",
+        "linearity",
+        "over = \"fz=0..5 N\"",
+        "over a range of loads deviations",
+    );
+    for (range, says) in [
+        ("fz=5 mN", "has no two ends"),
+        ("fz=5 mm..5 N", "numbers of one dimension"),
+        ("fz=5 N..50 mN", "is empty"),
+    ] {
+        let more = format!("over = \"{range}\"");
+        refused("in-plane-50um", "deviation", &more, says);
+    }
+}
+
+/// Nothing of a place is known when it is no better than anywhere on the sheet.
+#[test]
+fn a_place_as_unsure_as_the_sheet_is_no_information() {
+    let sensor = Sensor::shipped("piezo-1.5mm").unwrap();
+    let [x, y] = [
+        sensor.array.columns as f64 * sensor.array.pitch[0],
+        sensor.array.rows as f64 * sensor.array.pitch[1],
+    ];
+    let anywhere = (x * x / 12.0 + y * y / 12.0).sqrt();
+    let of = |force: f64| {
+        let load = format!("load = \"fz={force} mN, x=1 mm, y=1 mm, radius=4 mm\"");
+        outcome("piezo-1.5mm", "", "deviation_place", &load)
+    };
+    // The deviation falls with the force: from one side of the size of the sheet to the other.
+    let known = of(100.0).number().unwrap();
+    assert!(known < anywhere, "{known}");
+    let enough = 100.0 * known / anywhere;
+    assert!(
+        of(1.1 * enough)
+            .number()
+            .is_some_and(|place| place < anywhere)
+    );
+    assert_eq!(of(0.9 * enough), Outcome::Outside("no_information".into()));
+}
+
+/// A curve through designs that are answered in two ways says so.
+#[test]
+fn designs_that_are_answered_in_two_ways_are_told_apart() {
+    let text = "schema = 2\nname = \"gaps\"\nsensor = \"in-plane-50um\"\n\
+        [set]\n\"element.in_plane_capacitor.electrodes.stiffness\" = \"as_layer\"\n\
+        [variables.gap]\nkey = \"element.in_plane_capacitor.electrodes.gap\"\nvalues = [\"100 um\", \"119 um\", \"121 um\"]\n\
+        [answers.rest]\nof = \"check\"\nquantity = \"rest_capacitance\"\n";
+    let study = study_of(text);
+    let rows: Vec<_> = sweep::designs(&study, None)
+        .unwrap()
+        .iter()
+        .map(|point| study.evaluate(point))
+        .collect();
+    let names = |rows: &[Row]| -> Vec<String> {
+        let (columns, _) = sweep::table(&study, rows);
+        columns.into_iter().map(|column| column.name).collect()
+    };
+    // The closed form was compared to gaps of 1.2 thicknesses; this test solves nothing.
+    assert_eq!(
+        names(&rows),
+        ["gap", "rest", WAY_COLUMN, "status", "reason"]
+    );
+    assert_eq!(names(&rows[..2]), ["gap", "rest", "status", "reason"]);
+    let ways = [(2, "closed form"), (1, "closed form, not compared")];
+    assert_eq!(
+        sweep::ways(&study, &rows),
+        ways.map(|(n, way)| (n, way.to_owned()))
+    );
+    let marks = |rows: &[Row]| {
+        figures::sweep(&study, rows)
+            .matches("class=\"limit\"")
+            .count()
+    };
+    assert_eq!([marks(&rows), marks(&rows[..2])], [1, 0]);
 }

@@ -10,7 +10,7 @@ mod common;
 
 use taxel_study::file::AfterFile;
 use taxel_study::study::Study;
-use taxel_study::tolerance::{Estimate, Tolerance, tolerance};
+use taxel_study::tolerance::{Distribution, Estimate, NoTolerance, Tolerance, devices, tolerance};
 
 use common::{near, number, reference, shipped, study_of};
 
@@ -318,4 +318,38 @@ fn failed_devices_count_as_bad_and_leave_no_shares() {
     );
     assert!(found.answers[0].shares.is_empty());
     assert!(found.reasons[0].1.contains("refused"));
+}
+
+/// Quadratics through 60 devices answer for a thousand within the error that they state.
+#[test]
+fn a_quadratic_through_a_few_devices_answers_for_all() {
+    let of = |computed: Option<usize>| {
+        let mut study = shipped("p2-tolerance");
+        study.tolerance.samples = 512;
+        study.tolerance.computed = computed;
+        study
+    };
+    assert_eq!(devices(&of(Some(60))), 60);
+    let (every, few) = (run(&of(None)), run(&of(Some(60))));
+    assert_eq!(every.answers[0].surrogate_error, None);
+    let (every, few) = (&every.answers[0], &few.answers[0]);
+    let error = few.surrogate_error.unwrap();
+    println!(
+        "error {error:e} beside a deviation of {:e}",
+        every.deviation
+    );
+    assert!(error < 0.05 * every.deviation, "{error}");
+    let numbers = |of: &Distribution| {
+        let [low, middle, high] = of.quantiles;
+        [of.nominal, of.mean, of.deviation, low, middle, high]
+    };
+    for (found, expected) in numbers(few).into_iter().zip(numbers(every)) {
+        assert!((found - expected).abs() < error, "{found} {expected}");
+    }
+    // Ten numbers of a quadratic in three spreads, from four fifths of the devices.
+    let none = tolerance(&of(Some(12)), &|| false, &|_| {});
+    assert!(
+        matches!(&none, Err(NoTolerance::Computed(why)) if why.contains("13 that a quadratic")),
+        "{none:?}"
+    );
 }

@@ -154,6 +154,50 @@ pub(crate) fn all() -> Vec<Case> {
     ]
 }
 
+/// What a rig adds to a bench, singly and together: name of the case, sensor, force of loading over that
+/// of unloading less one, drift over the range, and tilt of the probe in degrees.
+const FAULTS: [(&str, &str, f64, f64, f64); 18] = [
+    ("rig, P1: hysteresis", "in-plane-50um", 0.05, 0.0, 0.0),
+    ("rig, P1: drift", "in-plane-50um", 0.0, 0.02, 0.0),
+    ("rig, P1: tilt", "in-plane-50um", 0.0, 0.0, 1.0),
+    ("rig, P1: all", "in-plane-50um", 0.05, 0.02, 1.0),
+    ("rig, P2: hysteresis", "three-axis-8x8", 0.05, 0.0, 0.0),
+    ("rig, P2: drift", "three-axis-8x8", 0.0, 0.02, 0.0),
+    ("rig, P2: tilt", "three-axis-8x8", 0.0, 0.0, 1.0),
+    ("rig, P2: all", "three-axis-8x8", 0.05, 0.02, 1.0),
+    ("rig, P3: drift", "piezo-1.5mm", 0.0, 0.02, 0.0),
+    ("rig, P4: hysteresis", "liquid-metal-2x4", 0.05, 0.0, 0.0),
+    ("rig, P4: drift", "liquid-metal-2x4", 0.0, 0.02, 0.0),
+    ("rig, P4: all", "liquid-metal-2x4", 0.05, 0.02, 0.0),
+    ("rig, mat: hysteresis", "resistive-mat-8x8", 0.05, 0.0, 0.0),
+    ("rig, mat: drift", "resistive-mat-8x8", 0.0, 0.02, 0.0),
+    ("rig, mat: all", "resistive-mat-8x8", 0.05, 0.02, 0.0),
+    (
+        "rig, chips: hysteresis",
+        "pressure-chips-1x8",
+        0.05,
+        0.0,
+        0.0,
+    ),
+    ("rig, chips: drift", "pressure-chips-1x8", 0.0, 0.02, 0.0),
+    ("rig, chips: all", "pressure-chips-1x8", 0.05, 0.02, 0.0),
+];
+
+/// Benches on rigs with faults. The intervals of constants hold the truth, or the report says that the
+/// model does not fit.
+pub(crate) fn on_rigs() -> Vec<Case> {
+    let of = |(name, sensor, hysteresis, drift, tilt): (&'static str, &str, f64, f64, f64)| {
+        let options = SyntheticOptions {
+            hysteresis,
+            drift,
+            tilt: tilt.to_radians(),
+            ..SyntheticOptions::default()
+        };
+        case(name, false, twin(vec![shipped(sensor)], options, ""))
+    };
+    FAULTS.into_iter().map(of).collect()
+}
+
 /// What `calibrate` prints of a normal sweep alone.
 pub(crate) fn pressed_only() -> String {
     let bench = pressed(vec![shipped("three-axis-8x8")]);
@@ -178,9 +222,14 @@ fn published(name: &str) -> Sensor {
 /// all of its readings count.
 fn twin(sensors: Vec<Sensor>, options: SyntheticOptions, load: &'static str) -> Bench {
     let table = move |sensors: &[Sensor], seed: u64, share: f64| {
+        // The truth is that of a bench without noise, on a rig without faults.
+        let fault = if share < 1.0 { 0.0 } else { 1.0 };
         let options = SyntheticOptions {
             seed,
             noise: share * options.noise,
+            hysteresis: fault * options.hysteresis,
+            drift: fault * options.drift,
+            tilt: fault * options.tilt,
             ..options
         };
         let text = calibrator(&named(sensors)).unwrap().synthetic(&options);

@@ -4,7 +4,7 @@
 //! The whole table, some ten minutes:
 //! `cargo test --release -p taxel-calibrate --test intervals -- --ignored --nocapture`
 //! More benches of one kind settle whether a share is low by chance: `TAXEL_BENCHES=2000` and
-//! `TAXEL_CASE="P3, lone"`, the beginning of its name.
+//! `TAXEL_CASE="P3, lone"`, the beginning of its name; `TAXEL_CASE=rig` has the faults that a rig adds.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 #![allow(clippy::print_stdout, reason = "the long form prints its table")]
 
@@ -25,6 +25,7 @@ const FEW: u64 = 6;
 fn cases() -> impl Iterator<Item = Case> {
     benches::all()
         .into_iter()
+        .chain(benches::on_rigs())
         .chain(positions::all())
         .chain(trained::all())
 }

@@ -82,6 +82,7 @@ fn designs(arguments: &Optimize, read: &Study, text: &str) -> Result<Done, Stop>
     } else {
         note!("note: the best of {} evaluations", found.evaluations);
     }
+    study::tell_ways(read, &rows);
     for one in optimise::active(read, best) {
         note!("note: {one}");
     }
@@ -117,9 +118,8 @@ fn none(read: &Study, found: &optimise::Optimum) -> Result<Done, Stop> {
     };
     let mut lines = vec![String::from("no design fulfils all constraints")];
     if nearest.violation.is_finite() {
-        let columns = taxel_study::sweep::columns(read);
-        let cells = taxel_study::sweep::cells(read, &nearest.row);
-        let table = table::render(TableFormat::Table, &Map::new(), &columns, &[cells]);
+        let (columns, cells) = taxel_study::sweep::all(read, std::slice::from_ref(&nearest.row));
+        let table = table::render(TableFormat::Table, &Map::new(), &columns, &cells);
         lines.push(format!(
             "the one that violates least:\n{}",
             table.trim_end()

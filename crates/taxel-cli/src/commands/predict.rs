@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &Predict) -> Result<Done, Stop> {
             path,
             plot(
                 path,
-                &named.sensor.name,
+                &title(&named.sensor.name, arguments),
                 predictor.as_ref(),
                 &loads,
                 &bodies,
@@ -231,6 +231,16 @@ fn refusal(
     };
     let error = InputError::whole(&file, message);
     error.key(key).help(&refused.help).into()
+}
+
+/// Title of a figure: what it is of, and what was loaded.
+fn title(name: &str, arguments: &Predict) -> String {
+    let load = match (&arguments.load, &arguments.loads) {
+        (Some(load), _) => load.clone(),
+        (None, Some(file)) => format!("the loads of {}", shown::path(file)),
+        (None, None) => return name.to_owned(),
+    };
+    format!("{name}: {load}")
 }
 
 fn plot(

@@ -108,8 +108,7 @@ pub(crate) fn about(study: &Study, seed: u64) -> Map<String, Value> {
 
 /// The table of designs.
 pub(crate) fn table_of(study: &Study, format: Format, seed: u64, rows: &[Row]) -> String {
-    let cells: Vec<_> = rows.iter().map(|row| sweep::cells(study, row)).collect();
-    let columns = sweep::columns(study);
+    let (columns, cells) = sweep::all(study, rows);
     table::render(format.into(), &about(study, seed), &columns, &cells)
 }
 
@@ -134,6 +133,23 @@ pub(crate) fn plot(
         svg()
     };
     outputs::write(Some(path), existing, &text).map(drop)
+}
+
+/// Tells that designs are not answered in one way, where they are not.
+pub(crate) fn tell_ways(study: &Study, rows: &[Row]) {
+    let ways = sweep::ways(study, rows);
+    if ways.len() < 2 {
+        return;
+    }
+    for (count, way) in ways {
+        note!(
+            "note: {count} of {} designs are answered by: {way}",
+            rows.len()
+        );
+    }
+    note!(
+        "note: they are not points of one curve: where it changes, so may an answer without a reason in the drawing"
+    );
 }
 
 /// Tells why designs failed, the commonest reason first.

@@ -1,9 +1,8 @@
 //! `taxel sweep`: many designs of a sensor.
 
-use std::path::Path;
-
 use taxel::shown;
 
+use taxel_files::study::beside;
 use taxel_study::store::Store;
 use taxel_study::study::{Row, Status};
 use taxel_study::{figures, sweep};
@@ -22,7 +21,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
     let plot = arguments.plot.as_ref();
     let (read, text) = study::open(&arguments.study, &targets, plot, existing)?;
     let list = if read.sweep.is_list() {
-        Some(files::text(Path::new(&read.sweep.plan))?)
+        Some(files::text(&beside(&text.path, &read.sweep.plan))?)
     } else {
         None
     };
@@ -94,6 +93,7 @@ pub(crate) fn run(arguments: &Sweep) -> Result<Done, Stop> {
         || figures::sweep(&read, &rows),
         || study::sweep_of(&read, Format::Table, seed, &rows),
     )?;
+    study::tell_ways(&read, &rows);
     study::tell_reasons(&rows);
     if missing > 0 {
         let why = if stopped { "stopped" } else { "incomplete" };

@@ -79,6 +79,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Done, Stop> {
             note!("note: {count} devices: {reason}");
         }
     }
+    if let Some(computed) = read.tolerance.computed {
+        note!(
+            "note: {computed} devices were computed; quadratics through them answer for all others, with the surrogate_error of \
+             each answer"
+        );
+        for one in &found.answers {
+            if one
+                .surrogate_error
+                .is_some_and(|error| error > 0.1 * one.deviation)
+            {
+                let name = &read.answers[one.answer].name;
+                note!(
+                    "note: the quadratic of {name} is off by more than a tenth of its deviation: compute more devices"
+                );
+            }
+        }
+    }
     if found.correlated {
         note!("note: spreads are correlated: there are no variance shares");
     }

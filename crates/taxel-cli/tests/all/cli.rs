@@ -159,12 +159,12 @@ fn bad_sensor_files_are_refused_at_the_very_word() {
         (
             "range = [\"0 V\", \"1 V\"]",
             "range = [\"0 V\", \"0.1 V\"]",
-            &["electronics.converter.range", "204.02 fF"],
+            &["electronics.converter.range", "172.30 fF"],
         ),
         (
             "full_scale = \"20 mN\"",
             "full_scale = \"70 mN\"",
-            &["full_scale", "closes a gap"],
+            &["full_scale", "closes a gap", "give less than 62.4 mN"],
         ),
     ] {
         assert!(SENSOR.contains(from), "{from}");

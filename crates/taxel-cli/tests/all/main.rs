@@ -26,6 +26,7 @@ mod documents;
 mod estimate;
 mod fabricate;
 mod foreign;
+mod guide;
 mod habits;
 mod in_plane;
 #[cfg(unix)]

@@ -434,3 +434,24 @@ fn figures_and_the_best_sensor_file_are_written() {
         "{notes}"
     );
 }
+
+/// A study and the files that it names can be moved together, and run from anywhere.
+#[test]
+fn names_in_a_study_count_from_its_folder() {
+    let folder = Folder::new("beside");
+    let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../taxel/sensors/in-plane-50um.toml");
+    fs::copy(sensor, folder.path("mine.toml")).unwrap();
+    fs::write(
+        folder.path("points.csv"),
+        "gap [um],thickness [um]\n50,800\n60,800\n",
+    )
+    .unwrap();
+    let path = folder.path("study.toml");
+    let text = STUDY.replace("\"in-plane-50um\"", "\"mine.toml\"");
+    fs::write(&path, text + "[sweep]\nplan = \"points.csv\"\n").unwrap();
+    let rows = done(&["sweep", &path, "--format", "csv"]);
+    assert_eq!(rows.lines().count(), 3, "{rows}");
+    fs::remove_file(folder.path("mine.toml")).unwrap();
+    let message = refused(&["sweep", &path]);
+    assert!(message.contains(&folder.path("mine.toml")), "{message}");
+}

@@ -10,6 +10,7 @@ pub use toml::Spanned;
 pub use toml::de::{DeTable, DeValue};
 
 use crate::quantity::HELP;
+use crate::words::advice;
 use crate::{InputError, schema};
 
 /// Largest description that is read, bytes: a guard against a wrong file.
@@ -72,9 +73,10 @@ fn read<T: DeserializeOwned>(
         );
         return Err(InputError::whole(file, message).help("give a TOML description"));
     }
-    let mistake = |error: toml::de::Error| {
-        let (message, mut help) = split_help(error.message());
-        if help.is_empty() && message.starts_with("missing field") {
+    let mistake = |error: &toml::de::Error| {
+        let (said, mut help) = split_help(error.message());
+        let message = said;
+        if help.is_empty() && wording::of_missing(message).is_some() {
             help = "add it with its value and unit; `taxel schema` and the shipped files show how";
         }
         let span = error.span().unwrap_or(0..0);
@@ -99,16 +101,55 @@ fn read<T: DeserializeOwned>(
             },
         };
         let help = forms.unwrap_or_else(|| help.to_owned());
+        let help = match wording::of_name(said) {
+            Some((word, known)) => advice(word, known, &help),
+            None => help,
+        };
         InputError::at(file, text, span, message)
             .key(key)
             .help(help)
     };
-    let mut table = DeTable::parse(text).map_err(mistake)?;
-    for change in changes {
-        make(table.get_mut(), change);
+    // What is wrong is left out, and the rest read again: each mistake is found in one run.
+    let mut removed: Vec<Change> = Vec::new();
+    let mut found: Vec<InputError> = Vec::new();
+    loop {
+        let mut table = DeTable::parse(text).map_err(|error| mistake(&error))?;
+        for change in changes.iter().chain(&removed) {
+            make(table.get_mut(), change);
+        }
+        let error = match T::deserialize(toml::de::Deserializer::from(table)) {
+            Ok(read) if found.is_empty() => return Ok(read),
+            Ok(_) => break,
+            Err(error) => error,
+        };
+        let span = error.span().unwrap_or(0..0);
+        let path = path_at(text, &span);
+        let missing = wording::of_missing(error.message());
+        // What lacks a key that was left out is no mistake of the file.
+        let concerns = |one: &Change| one.path.starts_with(&path) || path.starts_with(&one.path);
+        let left_out = |one: &Change| one.path.last().map(String::as_str) == missing;
+        if removed.iter().any(|one| concerns(one) || left_out(one)) {
+            break;
+        }
+        found.push(mistake(&error));
+        let named = path.iter().rposition(|name| name.parse::<usize>().is_err());
+        let Some(last) = named.filter(|_| found.len() < MOST_MISTAKES) else {
+            break;
+        };
+        if missing.is_some() {
+            break;
+        }
+        removed.push(Change {
+            path: path[..=last].to_vec(),
+            value: None,
+            span,
+        });
     }
-    T::deserialize(toml::de::Deserializer::from(table)).map_err(mistake)
+    Err(InputError::joined(found).expect("the loop ends with a mistake"))
 }
+
+/// Most mistakes of one file that are named in one run: a screen of them.
+const MOST_MISTAKES: usize = 8;
 
 /// True if a description has the key `path` (segments; a number is an index) itself, not only a
 /// parent of it.
@@ -239,12 +280,17 @@ fn find_in(value: &DeValue<'_>, path: &[&str]) -> Range<usize> {
 }
 
 /// Path of the innermost key whose name or value holds the start of `span`.
-fn key_at(text: &str, span: &Range<usize>) -> String {
+fn path_at(text: &str, span: &Range<usize>) -> Vec<String> {
     let mut path = Vec::new();
     if let Ok(table) = DeTable::parse(text) {
         collect(table.get_ref(), span, &mut path);
     }
-    path.join(".")
+    path
+}
+
+/// The same in one word.
+fn key_at(text: &str, span: &Range<usize>) -> String {
+    path_at(text, span).join(".")
 }
 
 /// True if the key that holds `span` was found and left in `path`.
@@ -297,6 +343,49 @@ mod tests {
         assert_eq!(at(&["b", "c", "d", "1"]), (3, 9, 3));
         assert_eq!(at(&["e", "1", "f"]), (7, 5, 1));
         assert_eq!(at(&["b", "c"]), (2, 4, 1));
+    }
+
+    #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code, reason = "only what is wrong with it is asked")]
+    struct Described {
+        name: String,
+        count: usize,
+        part: Part,
+    }
+
+    #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code, reason = "only what is wrong with it is asked")]
+    struct Part {
+        sides: [f64; 2],
+        #[serde(default)]
+        colour: String,
+    }
+
+    #[test]
+    fn mistakes_of_several_keys_are_found_in_one_run() {
+        let error = |text: &str| parse::<Described>("f", text).unwrap_err();
+        let text = "name = 1\nconut = 3\n[part]\nsides = [1, \"x\"]\ncolor = \"red\"\n";
+        let error_of_all = error(text);
+        let mut keys: Vec<String> = error_of_all.others().map(|one| one.key.clone()).collect();
+        keys.push(error_of_all.key.clone());
+        keys.sort();
+        assert_eq!(
+            keys,
+            ["conut", "name", "part.color", "part.sides.1"],
+            "{error_of_all}"
+        );
+        let said = error_of_all.to_string();
+        assert!(said.contains("did you mean \"count\"?"), "{said}");
+        assert!(said.contains("did you mean \"colour\"?"), "{said}");
+        // What only lacks what was left out is no further mistake; what is missing is one.
+        assert!(!said.contains("missing"), "{said}");
+        let missing = error("name = \"a\"\ncount = 3\n[part]\n");
+        assert!(missing.next.is_none() && missing.message.contains("missing field `sides`"));
+        // One mistake is one error, however deep.
+        let one = error("name = \"a\"\ncount = -3\n[part]\nsides = [1, 2]\n");
+        assert!(one.next.is_none(), "{one}");
     }
 
     #[test]

@@ -66,6 +66,24 @@ pub(super) fn of_choice(message: &str) -> Option<[String; 2]> {
     ])
 }
 
+/// "missing field `x`": the key that is missing.
+pub(super) fn of_missing(message: &str) -> Option<&str> {
+    let said = message.strip_prefix("missing field `")?;
+    said.split('`').next()
+}
+
+/// "unknown field `x`, expected one of `a`, `b`" or "unknown variant ...": the word that is not known,
+/// and those that are.
+pub(super) fn of_name(message: &str) -> Option<(&str, Vec<&str>)> {
+    let said = message.strip_prefix("unknown ")?;
+    let said = said
+        .strip_prefix("field ")
+        .or_else(|| said.strip_prefix("variant "))?;
+    let mut quoted = said.split('`').skip(1);
+    let word = quoted.next()?;
+    Some((word, quoted.skip(1).step_by(2).collect()))
+}
+
 /// "invalid length 1, expected an array of length 2", "wanted exactly 1 element, found 0 elements"
 fn of_number(message: &str) -> Option<String> {
     if message.starts_with("wanted exactly 1 element") {

@@ -120,6 +120,12 @@ pub trait Device {
         None
     }
 
+    /// Which of several ways answers for its drawing, such as a table or a solution: drawings with
+    /// other words are not points of one curve. Empty for a device with one way.
+    fn way(&self) -> String {
+        String::new()
+    }
+
     /// Most that its soft layer is compressed in the range that it reads, a share of the thickness;
     /// none where its model does not say.
     fn compression(&self) -> Option<f64> {
@@ -225,6 +231,43 @@ fn check_mask(sensor: &Sensor) -> Result<(), Broken> {
         )?;
     }
     Ok(())
+}
+
+/// Refuses a board without noise, or one that cannot read what its capacitors have at least.
+fn check_capacitor_board(
+    board: &CapacitanceBoard,
+    at_least: Option<(&str, f64)>,
+) -> Result<(), Broken> {
+    require(
+        board.deviation() > 0.0,
+        board.noise_key(),
+        || "a board without any noise gives no uncertainty".into(),
+        "give the noise of one reading, such as \"0.1 mV\"",
+    )?;
+    let [_, most] = board.span();
+    match at_least {
+        // What is added may bring a value that is too low into the range.
+        Some((what, value)) if value >= most => check_readable(board, what, value),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a capacitance, F, that the board cannot read.
+fn check_readable(board: &CapacitanceBoard, what: &str, value: f64) -> Result<(), Broken> {
+    let [least, most] = board.span();
+    require(
+        least < value && value < most,
+        board.last.range_key(),
+        || {
+            format!(
+                "{what} of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
+                value * 1e15,
+                least * 1e15,
+                most * 1e15
+            )
+        },
+        "change the range, or the drive or the feedback capacitor of an amplifier",
+    )
 }
 
 /// Refuses frames that do not have `expected` channels in rows of `columns`

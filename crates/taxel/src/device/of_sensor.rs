@@ -61,6 +61,8 @@ impl Sensor {
         solutions: &mut dyn Solutions,
     ) -> Result<Self, InputError> {
         let sound = check_keys(&self)
+            .and_then(|()| self.check_lengths())
+            .and_then(|()| self.check_board())
             .and_then(|()| self.solve(solutions))
             .and_then(|()| self.check_element());
         sound.map_err(|broken| broken.at(file, text))?;
@@ -91,11 +93,22 @@ impl Sensor {
         drawn.sound(file, text, solutions)
     }
 
+    /// Rules of the board of an element that is solved, as far as they need no solution: nobody waits
+    /// half a minute for the mistake of an amplifier.
+    fn check_board(&self) -> Result<(), Broken> {
+        match &self.element {
+            Element::ThreeAxisCapacitor(_) => self.three_axis().map(|array| array.check_board()),
+            Element::InPlaneCapacitor(_) => self.in_plane().map(|array| array.check_board()),
+            _ => Ok(Ok(())),
+        }
+        .unwrap_or_else(|unreadable| Err(of_unreadable(&unreadable)))
+    }
+
     /// Rules of the element, which know the board that reads it.
     fn check_element(&self) -> Result<(), Broken> {
-        let device = self.device().map_err(|unreadable| {
-            Broken::new(unreadable.key(), unreadable.to_string(), &unreadable.help())
-        })?;
+        let device = self
+            .device()
+            .map_err(|unreadable| of_unreadable(&unreadable))?;
         check_instrument(self)?;
         device.check()?;
         check_masked_channels(self, device.as_ref())
@@ -317,3 +330,8 @@ static FORCE_BOARD: Readings = Readings {
     alone: &[],
     measured: &[&FORCE],
 };
+
+/// A board that cannot read the element, at its key.
+fn of_unreadable(unreadable: &Unreadable) -> Broken {
+    Broken::new(unreadable.key(), unreadable.to_string(), &unreadable.help())
+}

@@ -260,6 +260,18 @@ pub enum CurveSource {
     LoadPath,
 }
 
+impl CurveSource {
+    /// In a word or two.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Self::Tabulated { .. } => "table",
+            Self::Solved { .. } => "solved, kept",
+            Self::Points => "points",
+            Self::LoadPath => "a table of finite elements",
+        }
+    }
+}
+
 /// State of closing of a cross-section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClosingState {

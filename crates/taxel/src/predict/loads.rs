@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::{Load, LoadColumn, LoadKind, LoadValue, Source};
 use crate::InputError;
 use crate::quantity::HELP;
+use crate::words::advice;
 
 /// Loads that are read without leaving the thread: fewer than it takes longer to ask others.
 const FEW: usize = 4096;
@@ -200,7 +201,8 @@ impl Loads {
                 .position(|column| column.name == *key || column.short == *key);
             let Some(index) = found else {
                 let message = format!("\"{key}\" is no load of this device");
-                return wrong(key, message, &format!("names: {}", names(columns)));
+                let all = format!("names: {}", names(columns));
+                return wrong(key, message, &advice(key, known(columns), &all));
             };
             if std::mem::replace(&mut loads.given.columns[index], true) {
                 let message = format!("{} is given twice", columns[index].name);
@@ -426,7 +428,7 @@ fn one_load(spec: &str, columns: &[LoadColumn]) -> Result<Vec<Option<LoadValue>>
             .position(|column| column.name == name || column.short == name);
         let Some(index) = found else {
             let message = format!("\"{name}\" is no load of this device");
-            return Err(error(message, &form));
+            return Err(error(message, &advice(name, known(columns), &form)));
         };
         let parsed = parse(columns[index].kind, value.trim(), None).map_err(|message| {
             let (message, help) = message.split_once(HELP).unwrap_or((&message, &form));
@@ -437,6 +439,13 @@ fn one_load(spec: &str, columns: &[LoadColumn]) -> Result<Vec<Option<LoadValue>>
         }
     }
     Ok(values)
+}
+
+/// Names that a load may have.
+fn known(columns: &[LoadColumn]) -> impl Iterator<Item = &'static str> {
+    columns
+        .iter()
+        .flat_map(|column| [column.name, column.short])
 }
 
 fn names(columns: &[LoadColumn]) -> String {

@@ -70,6 +70,11 @@ pub trait Predictor: Send + Sync {
     /// Curves that show the answers to loads of the columns `given`.
     fn curves(&self, given: &[bool]) -> Vec<Curve>;
 
+    /// What a column is called in the legend of a figure.
+    fn in_words(&self, column: &str) -> String {
+        column.replace('_', " ")
+    }
+
     /// True if a number in this load column is the size of the load, which a
     /// curve from no load lets grow, and not a condition such as an area.
     fn scales_with_load(&self, column: usize) -> bool {
@@ -292,7 +297,7 @@ pub fn figure(
     for (chart, curve) in charts.iter_mut().zip(&curves) {
         let mut here = Vec::new();
         for y in &curve.y {
-            let name = y.replace('_', " ");
+            let name = predictor.in_words(y);
             let answered = points(&columns, &rows, curve.x, y);
             if way.is_empty() {
                 chart.series.push(Series::new(name, answered, style));

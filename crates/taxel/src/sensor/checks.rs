@@ -4,6 +4,7 @@ use super::{Element, Sensor};
 use crate::InputError;
 use crate::electronics::Readout;
 use crate::layout::{MOST_LINES, Mount};
+use crate::quantity::{at_most, decimal};
 use crate::solutions::{OfDrawing, Unsolved};
 use crate::toml_input;
 use crate::transduction::WrongTable;
@@ -60,9 +61,6 @@ pub(crate) fn require(
     Err(Broken::new(path, message(), help))
 }
 
-/// Lengths agree when they differ by less than this: rounding of unit strings.
-pub(crate) const SAME_LENGTH: f64 = 1e-12;
-
 pub(crate) fn check(sensor: &Sensor) -> Result<(), Broken> {
     require(
         sensor.schema == super::SCHEMA_VERSION,
@@ -100,7 +98,7 @@ fn check_array(sensor: &Sensor) -> Result<(), Broken> {
         let arc = sensor.array.columns as f64 * sensor.array.pitch[0];
         let round = std::f64::consts::TAU * cylinder.radius;
         require(
-            arc <= round,
+            at_most(arc, round),
             "array.mount.cylinder.radius",
             || {
                 format!(
@@ -250,7 +248,7 @@ fn check_axes(sensor: &Sensor) -> Result<(), Broken> {
 pub(crate) fn check_scan_time(sensor: &Sensor, scan: f64) -> Result<(), Broken> {
     let period = sensor.electronics.period();
     require(
-        scan <= period * (1.0 + 1e-9),
+        at_most(scan, period),
         "electronics.frame_rate",
         || {
             format!(
@@ -338,12 +336,12 @@ fn rounded(value: f64) -> f64 {
 
 /// Four decimals, never below `value`: a limit that is itself accepted.
 pub(crate) fn rounded_up(value: f64) -> f64 {
-    (value * 1e4).ceil() / 1e4
+    decimal(value * 1e4).ceil() / 1e4
 }
 
 /// Four decimals, never above `value`.
 pub(crate) fn rounded_down(value: f64) -> f64 {
-    (value * 1e4).floor() / 1e4
+    decimal(value * 1e4).floor() / 1e4
 }
 
 #[cfg(test)]

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Solvable;
-use super::checks::{self, Broken, SAME_LENGTH, micrometres, require, rounded_down};
+use super::checks::{self, Broken, micrometres, require, rounded_down};
 use crate::layout::ArrayDescription;
 use crate::mechanics::{CompressedLayer, Electrodes, ForceHysteresis};
-use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength};
+use crate::quantity::{self, Checked, NonNegativeLength, PositiveLength, at_most, below};
 use crate::solutions::{OfDrawing, Solutions};
 use crate::transduction::{
     CapacitanceLaw, Dielectric, DrawnTable, InPlaneModel, PublishedFit, SolvedSection,
@@ -68,14 +68,17 @@ pub struct GapScatter {
 pub(crate) const MOST_SCATTER: f64 = 3.0;
 
 impl Solvable for InPlaneCapacitor {
+    fn check_lengths(&self, array: &ArrayDescription) -> Result<(), Broken> {
+        self.check(array.pitch)
+    }
+
     fn solve(
         &mut self,
-        array: &ArrayDescription,
+        _: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
         self.table = OfDrawing(None);
-        self.check(array.pitch)?;
         match table {
             Some((name, text)) => self.take_table(name, text),
             None => self.solve_section(solutions),
@@ -142,7 +145,7 @@ impl InPlaneCapacitor {
         let (layer, electrodes) = (&self.layer, &self.electrodes);
         let top = electrodes.height + electrodes.thickness;
         require(
-            top < layer.thickness,
+            below(top, layer.thickness),
             &key("electrodes.height"),
             || {
                 format!(
@@ -160,7 +163,7 @@ impl InPlaneCapacitor {
             ("layer.contact_half_length", loaded, "the loaded length"),
         ] {
             require(
-                length <= self.layer_width + SAME_LENGTH,
+                at_most(length, self.layer_width),
                 &key(name),
                 || {
                     let width = micrometres(self.layer_width);
@@ -178,7 +181,7 @@ impl InPlaneCapacitor {
             (pitch[1], layer.contact_depth, "the loaded part is"),
         ] {
             require(
-                need <= pitch + SAME_LENGTH,
+                at_most(need, pitch),
                 "array.pitch",
                 || {
                     format!(
@@ -193,7 +196,7 @@ impl InPlaneCapacitor {
         let scatter = self.fabrication.gap_deviation;
         let most = 0.1 * electrodes.gap / MOST_SCATTER;
         require(
-            scatter <= most,
+            at_most(scatter, most),
             &key("fabrication.gap_deviation"),
             || {
                 let gap = micrometres(electrodes.gap);

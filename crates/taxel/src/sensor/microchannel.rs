@@ -6,14 +6,14 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Solvable;
-use super::checks::{self, Broken, SAME_LENGTH, micrometres, require};
+use super::checks::{self, Broken, micrometres, require};
 use crate::layout::ArrayDescription;
 use crate::mechanics::{
     CellGeometry, ClosingCurve, ClosingPoint, ForceHysteresis, Hyperelastic, LinearElastic,
     MicrochannelError, MicrochannelSection, PressureLaw, SectionShape, SolvedCell, VoidStack,
 };
 use crate::quantity::{
-    self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress,
+    self, Checked, NonNegativeLength, PositiveLength, PositiveResistivity, PositiveStress, below,
 };
 use crate::solutions::{OfDrawing, Solutions};
 use crate::transduction::{Conductor, DrawnLayers, LayersTable, MicrochannelLayer, ThinnestPoint};
@@ -168,13 +168,16 @@ pub struct PlaneStrainCell {
 }
 
 impl Solvable for Microchannel {
+    fn check_lengths(&self, array: &ArrayDescription) -> Result<(), Broken> {
+        check_stack(self, array.pitch)
+    }
+
     fn solve(
         &mut self,
         array: &ArrayDescription,
         table: Option<(&str, &str)>,
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
-        check_stack(self, array.pitch)?;
         self.table = OfDrawing(None);
         match table {
             Some((name, text)) => self.take_table(array.pitch, name, text)?,
@@ -476,7 +479,7 @@ impl Microchannel {
 /// Lengths of a cell that leave solid all round the channel.
 fn check_cell(cell: &CellGeometry, name: &str) -> Result<(), Broken> {
     require(
-        cell.section.width < cell.pitch - SAME_LENGTH,
+        below(cell.section.width, cell.pitch),
         "element.microchannel.section.width",
         || {
             format!(
@@ -489,7 +492,7 @@ fn check_cell(cell: &CellGeometry, name: &str) -> Result<(), Broken> {
     )?;
     let need = cell.roof + cell.section.height;
     require(
-        cell.thickness > need + SAME_LENGTH,
+        below(need, cell.thickness),
         &format!("element.microchannel.{name}.closing.plane_strain_cell.thickness"),
         || {
             format!(
@@ -507,7 +510,7 @@ fn check_cell(cell: &CellGeometry, name: &str) -> Result<(), Broken> {
 fn check_stack(element: &Microchannel, pitch: [f64; 2]) -> Result<(), Broken> {
     for pitch in pitch {
         require(
-            element.section.width < pitch,
+            below(element.section.width, pitch),
             "element.microchannel.section.width",
             || {
                 format!(
@@ -521,7 +524,7 @@ fn check_stack(element: &Microchannel, pitch: [f64; 2]) -> Result<(), Broken> {
     }
     let between = (element.rows.roof - element.columns.roof).abs();
     require(
-        between > element.section.height + SAME_LENGTH,
+        below(element.section.height, between),
         "element.microchannel.rows.roof",
         || {
             format!(

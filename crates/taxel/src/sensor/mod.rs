@@ -36,8 +36,7 @@ pub use trained_body::{ChannelGroup, MOST_CHANNELS, TrainedBody};
 
 pub use checks::{Broken, micrometres};
 pub(crate) use checks::{
-    SAME_LENGTH, check as check_keys, check_instrument, check_scan_time, require, rounded_down,
-    rounded_up,
+    check as check_keys, check_instrument, check_scan_time, require, rounded_down, rounded_up,
 };
 pub(crate) use mask::table as masked_capacitors;
 
@@ -261,8 +260,14 @@ pub struct NoModel {
 /// An element of whose drawing fast forms are solved, or read from a table that
 /// the sensor file names.
 trait Solvable {
-    /// Checks the drawing, and takes `table` (its name and text) or goes back to the fast
-    /// forms and solves what no shipped table has.
+    /// Rules between the lengths of the drawing.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    fn check_lengths(&self, array: &ArrayDescription) -> Result<(), Broken>;
+
+    /// Takes `table` (its name and text) or goes back to the fast forms and solves what no shipped
+    /// table has.
     ///
     /// # Errors
     /// The key of a part that has no solution, no model or not this table.
@@ -339,6 +344,15 @@ impl Element {
 }
 
 impl Sensor {
+    /// Rules between the lengths of a drawing that may have to be solved.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(crate) fn check_lengths(&mut self) -> Result<(), Broken> {
+        let element = self.element.solvable();
+        element.map_or(Ok(()), |element| element.check_lengths(&self.array))
+    }
+
     /// Solves what the fast forms of the drawing need and no shipped table has, and checks
     /// that there is a model of all parts then.
     ///

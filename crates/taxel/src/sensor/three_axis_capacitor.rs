@@ -3,13 +3,15 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::checks::{self, Broken, SAME_LENGTH, micrometres, require};
+use super::checks::{self, Broken, micrometres, require};
 use super::{Solvable, no_table};
 use crate::layout::{ArrayDescription, Mount};
 use crate::mechanics::{
     BentGap, ForceHysteresis, RelaxationTerm, SolvedStiffness, SuspensionDescription, UnitDrawing,
 };
-use crate::quantity::{self, Checked, NonNegativeLength, PositiveForce, PositiveLength};
+use crate::quantity::{
+    self, Checked, NonNegativeLength, PositiveForce, PositiveLength, at_most, below, decimal,
+};
 use crate::solutions::Solutions;
 use crate::transduction::{
     DrawnEdges, EdgeDrawing, OutsideEdges, PlatesDescription, SolvedEdges, ThreeAxisModel,
@@ -108,6 +110,10 @@ pub struct Outline {
 }
 
 impl Solvable for ThreeAxisCapacitor {
+    fn check_lengths(&self, array: &ArrayDescription) -> Result<(), Broken> {
+        check_lengths(self, array.pitch)
+    }
+
     /// Solves the edges of the electrodes and the unit where edges and stiffness are to follow from
     /// a drawing that no table has.
     fn solve(
@@ -117,7 +123,6 @@ impl Solvable for ThreeAxisCapacitor {
         solutions: &mut dyn Solutions,
     ) -> Result<(), Broken> {
         no_table("three_axis_capacitor", table.is_some())?;
-        check_lengths(self, array.pitch)?;
         self.solve_edges(array, solutions)?;
         let drawing = self.unit_drawing(array.pitch);
         // The rules between keys say what makes no unit.
@@ -150,7 +155,7 @@ impl ThreeAxisCapacitor {
         let [along_x, along_y] = drawing.electrode;
         let (side, [_, widest]) = (along_x.min(along_y), drawing.air_gap);
         require(
-            widest <= side + SAME_LENGTH,
+            at_most(widest, side),
             &key("plates.air_gap"),
             || {
                 format!(
@@ -325,7 +330,7 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
     let distance = element.suspension.centre_distance;
     for side in element.plates.electrode {
         require(
-            side <= distance + SAME_LENGTH,
+            at_most(side, distance),
             &key("suspension.centre_distance"),
             || {
                 format!(
@@ -338,7 +343,7 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
         )?;
         let unit = distance + side;
         require(
-            unit <= outline.unit_side + SAME_LENGTH,
+            at_most(unit, outline.unit_side),
             &key("outline.unit_side"),
             || {
                 format!(
@@ -351,7 +356,7 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
     }
     for pitch in pitch {
         require(
-            outline.unit_side <= pitch + SAME_LENGTH,
+            at_most(outline.unit_side, pitch),
             "array.pitch",
             || {
                 format!(
@@ -364,19 +369,19 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
         )?;
     }
     require(
-        outline.bump_top <= outline.bump_base,
+        at_most(outline.bump_top, outline.bump_base),
         &key("outline.bump_top"),
         || "the bump is wider at its top than at its base".into(),
         "give a top that is at most as wide as the base",
     )?;
     require(
-        outline.bump_base <= outline.unit_side,
+        at_most(outline.bump_base, outline.unit_side),
         &key("outline.bump_base"),
         || "the bump is wider than its unit".into(),
         "give a smaller base",
     )?;
     require(
-        element.usable_force <= element.full_scale,
+        at_most(element.usable_force, element.full_scale),
         &key("usable_force"),
         || "the usable force is above the full scale".into(),
         "give at most the full scale",
@@ -386,7 +391,7 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
     }
     let [x, y] = element.plates.electrode;
     require(
-        (x - y).abs() <= SAME_LENGTH,
+        decimal(x) == decimal(y),
         &key("plates.electrode"),
         || {
             format!(
@@ -405,7 +410,7 @@ fn check_lengths(element: &ThreeAxisCapacitor, pitch: [f64; 2]) -> Result<(), Br
 fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
     let [inner, outer] = [-1.0, 1.0].map(|side| drawing.centre_distance + side * drawing.electrode);
     require(
-        drawing.wall_width < inner,
+        below(drawing.wall_width, inner),
         &key("outline.wall_width"),
         || {
             format!(
@@ -417,7 +422,7 @@ fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
         "give a narrower wall, or a larger centre distance",
     )?;
     require(
-        outer < drawing.unit_side,
+        below(outer, drawing.unit_side),
         &key("outline.unit_side"),
         || {
             format!(
@@ -436,7 +441,7 @@ fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
     )?;
     let layer = drawing.lower_layer.min(drawing.upper_layer);
     require(
-        drawing.electrode_thickness < layer,
+        below(drawing.electrode_thickness, layer),
         &key("outline.electrode_thickness"),
         || {
             format!(
@@ -448,7 +453,7 @@ fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
         "give thinner electrodes, or thicker layers",
     )?;
     require(
-        inner < drawing.bump_base && drawing.bump_base < outer,
+        below(inner, drawing.bump_base) && below(drawing.bump_base, outer),
         &key("outline.bump_base"),
         || {
             format!(
@@ -462,7 +467,7 @@ fn check_unit(drawing: &UnitDrawing) -> Result<(), Broken> {
         "change the base, or type the stiffness in (stiffness, tile_tilt, bump_sinking) in the place of from_drawing",
     )?;
     require(
-        drawing.unit_side < drawing.pitch,
+        below(drawing.unit_side, drawing.pitch),
         "array.pitch",
         || {
             format!(

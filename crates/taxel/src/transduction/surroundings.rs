@@ -41,6 +41,19 @@ const TABLE: &str = "the table of surroundings";
 const GAPS: [f64; 3] = [0.2, 0.5, 1.0];
 
 impl Surroundings {
+    /// True with a base at 0 V, which takes field lines away from the electrodes.
+    pub fn has_ground(self) -> bool {
+        match self {
+            Self::Uniform | Self::AirAbove | Self::AirAboveGlassBelow | Self::AirAboveBelow => {
+                false
+            }
+            Self::GroundedBase
+            | Self::GroundedBaseMutual
+            | Self::GroundedBaseUniform
+            | Self::GroundedBaseUniformMutual => true,
+        }
+    }
+
     /// Capacitance that the surroundings add in a uniform medium, F.
     ///
     /// Finite elements of the deformed published cross-section, C − C_uniform

@@ -6,7 +6,9 @@ use taxel::device::ChainReader;
 use taxel::estimation::{ArrayEstimator, FrameError, State, Touch};
 use taxel::predict::{Load, LoadValue};
 use taxel::sensor::Sensor;
+use taxel::solutions::{Question, Solutions};
 use taxel::stage::{CellLaw as _, InPlaneCell};
+use taxel::summary::Value;
 use taxel::table::Cell;
 use taxel::transduction::InPlaneModel;
 
@@ -418,6 +420,141 @@ fn the_way_back_is_that_of_any_law() {
             assert!(
                 (by_curve - force).abs() < 1e-7 * largest,
                 "{gap}: {by_curve} {force}"
+            );
+        }
+    }
+}
+
+/// A tenth of 300 um over three is 10 um: bounds are compared as decimals, in every unit.
+#[test]
+fn a_bound_that_is_met_exactly_is_kept() {
+    let with = |deviation: &str| {
+        edited(
+            50,
+            &[
+                ("gap = \"50 um\"", "gap = \"90 um\""),
+                (
+                    "gap_deviation = \"1 um\"",
+                    &format!("gap_deviation = \"{deviation}\""),
+                ),
+            ],
+        )
+    };
+    for exact in ["3 um", "0.003 mm", "3000 nm", "3e-6 m"] {
+        assert!(
+            with(exact).is_ok(),
+            "{exact}: {:?}",
+            with(exact).unwrap_err()
+        );
+    }
+    let error = with("3.000001 um").unwrap_err();
+    assert_eq!(error.help, "give at most 3 um");
+    // The layer is as wide as its electrodes, and its pitch as the layer.
+    let widths = [
+        ("layer_width = \"3.5 mm\"", "layer_width = \"2.05 mm\""),
+        (
+            "contact_half_length = \"1750 um\"",
+            "contact_half_length = \"1025 um\"",
+        ),
+        (
+            "pitch = [\"3.5 mm\", \"10 mm\"]",
+            "pitch = [\"2050 um\", \"10 mm\"]",
+        ),
+    ];
+    edited(50, &widths).unwrap();
+}
+
+/// Whoever solves it here fails the test.
+struct Unasked;
+
+impl Solutions for Unasked {
+    fn kept(&mut self, question: &Question) -> Option<String> {
+        panic!("asked for the {}", question.what)
+    }
+
+    fn keep(&mut self, _: &Question, _: &str) {}
+}
+
+/// What is wrong with the board is said before a solution of half a minute.
+#[test]
+fn rules_of_the_board_come_before_solutions() {
+    // A wide gap needs a solution.
+    let wide = |from: &str, to: &str| {
+        let text = Sensor::shipped_text("in-plane-50um").unwrap();
+        assert!(text.contains(from), "{from}");
+        let text = text
+            .replace("gap = \"50 um\"", "gap = \"150 um\"")
+            .replace(from, to);
+        Sensor::parse_with("wide.toml", &text, &mut Unasked).unwrap_err()
+    };
+    for (from, to, key, says) in [
+        (
+            "feedback = \"1.5 pF\"",
+            "feedback = \"0.1 pF\"",
+            "electronics.converter.range",
+            "facing sides alone",
+        ),
+        (
+            "frame_rate = \"100 Hz\"",
+            "frame_rate = \"10 kHz\"",
+            "electronics.frame_rate",
+            "one scan takes",
+        ),
+    ] {
+        let error = wide(from, to);
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.to_string().contains(says), "{error}");
+    }
+}
+
+/// `check` states the error that `predict` states at the worst of the loads that were compared.
+#[test]
+fn check_and_predict_state_one_error_of_the_force() {
+    for end in ["short_layer", "wide_layer"] {
+        let to = format!("end_condition = \"{end}\"");
+        let sensor = edited(50, &[("end_condition = \"short_layer\"", &to)]).unwrap();
+        let facts = taxel::summary::summary(&sensor).unwrap();
+        let stated = facts
+            .iter()
+            .find(|fact| fact.name == "force_error")
+            .unwrap();
+        let Value::Number { si: stated, .. } = stated.value else {
+            panic!("{end}: {stated:?}");
+        };
+        let model = sensor.in_plane().unwrap().model();
+        let last = model
+            .inverse()
+            .unwrap()
+            .last()
+            .layer
+            .kinematics
+            .compression();
+        let errors = (0..=600).map(|step| model.force_error(last * f64::from(step) / 600.0));
+        let most = errors.flatten().fold(0.0, f64::max);
+        assert_eq!(stated, most, "{end}");
+    }
+}
+
+/// The three things that are asked first are the first three lines, for every shipped sensor.
+#[test]
+fn a_summary_begins_with_range_resolution_and_what_limits_them() {
+    for name in Sensor::shipped_names() {
+        let sensor = Sensor::shipped(name).unwrap();
+        let facts = taxel::summary::summary(&sensor).unwrap();
+        let first: Vec<&str> = facts[..3].iter().map(|fact| fact.name.as_str()).collect();
+        assert_eq!(first, ["range", "resolution", "limited_by"], "{name}");
+        let number = |index: usize| match facts[index].value {
+            Value::Number { si, .. } => Some(si),
+            Value::Text(_) => None,
+        };
+        // Nothing of a trained array is known before its training.
+        let trained = sensor.trained().is_ok();
+        assert!(number(0).is_some_and(|range| range > 0.0), "{name}");
+        assert_eq!(number(1).is_none(), trained, "{name}");
+        if let Some(resolution) = number(1) {
+            assert!(
+                resolution > 0.0 && resolution < number(0).unwrap(),
+                "{name}"
             );
         }
     }

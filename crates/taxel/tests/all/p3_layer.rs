@@ -4,8 +4,8 @@
 
 use crate::common::{assert_near, table};
 use taxel::mechanics::{
-    BondedDisc, ContactPressure, DiscGrip, DiscPressure, LayerRim, SeatedSetting, SoftCover,
-    SpherePressure,
+    BondedDisc, ContactPressure, DiscGrip, DiscPressure, LayerRim, SeatedElement, SeatedSetting,
+    SoftCover, SpherePressure,
 };
 
 const MM: f64 = 1e-3;
@@ -215,6 +215,35 @@ fn rows_of_the_element_come_back() {
         rows += 1;
     }
     assert_eq!(rows, 10);
+}
+
+/// A row that is left out lies on the straight line between those of the thinner and the thicker layer,
+/// which are further apart than those that are read: what is stated beyond the error of the rows.
+#[test]
+fn a_row_that_is_left_out_shows_the_error_between_the_thicknesses() {
+    for case in ["mid", "low"] {
+        let of = |thickness: f64| {
+            let rows = table("solved_p3_element.csv");
+            let found = rows
+                .iter()
+                .find(|row| row.text("case") == case && row.at("h_mm") == thickness);
+            let row = found.unwrap();
+            [row.at("share"), row.at("s")]
+        };
+        let [thin, left_out, thick] = [1.11, 1.5, 2.3];
+        let part = (left_out - thin) / (thick - thin);
+        let [below, exact, above] = [thin, left_out, thick].map(of);
+        let read = [0, 1].map(|k| below[k] + part * (above[k] - below[k]));
+        let charge = |[share, in_plane]: [f64; 2]| {
+            SeatedElement { share, in_plane }.charge_per_force(CONSTANTS)
+        };
+        let errors =
+            [read[0] / exact[0], charge(read) / charge(exact)].map(|one| (one - 1.0).abs());
+        println!("{case}: share and charge are off by {errors:?}");
+        // The rows are good to 1 and to 3 %.
+        assert!(errors[0] < SeatedSetting::SHARE_ERROR - 0.01);
+        assert!(errors[1] < SeatedSetting::CHARGE_ERROR - 0.03);
+    }
 }
 
 #[test]

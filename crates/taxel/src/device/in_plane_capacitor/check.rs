@@ -1,12 +1,15 @@
 //! Rules between the keys of an in-plane sensor.
 
 use super::InPlaneArray;
-use crate::device::check_mask;
-use crate::sensor::{Broken, check_scan_time, require};
+use crate::device::{check_capacitor_board, check_mask, check_readable};
+use crate::sensor::{Broken, check_scan_time};
 use crate::transduction::{InPlaneError, InPlaneInverse};
 
 pub(super) fn check(array: &InPlaneArray<'_>) -> Result<(), Broken> {
-    check_electronics(array, &check_model(array)?)?;
+    let inverse = check_model(array)?;
+    let (rest, least) = (array.model().rest_capacitance(), inverse.last().capacitance);
+    check_readable(&array.board, "a rest capacitance", rest)?;
+    check_readable(&array.board, "the least capacitance", least)?;
     check_mask(array.sensor)
 }
 
@@ -28,32 +31,15 @@ fn check_model(array: &InPlaneArray<'_>) -> Result<InPlaneInverse, Broken> {
     })
 }
 
-fn check_electronics(array: &InPlaneArray<'_>, inverse: &InPlaneInverse) -> Result<(), Broken> {
-    let board = &array.board;
-    check_scan_time(array.sensor, board.scan_time())?;
-    let [least, most] = board.span();
-    for (what, value) in [
-        ("a rest capacitance", array.model().rest_capacitance()),
-        ("the least capacitance", inverse.last().capacitance),
-    ] {
-        require(
-            least < value && value < most,
-            board.last.range_key(),
-            || {
-                format!(
-                    "{what} of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
-                    value * 1e15,
-                    least * 1e15,
-                    most * 1e15
-                )
-            },
-            "change the range, or the drive or the feedback capacitor of an amplifier",
-        )?;
-    }
-    require(
-        board.deviation() > 0.0,
-        board.noise_key(),
-        || "a board without any noise gives no uncertainty".into(),
-        "give the noise of one reading, such as \"0.1 mV\"",
+/// Rules of the board that need no solution of the drawing: its facing sides are less than its
+/// capacitance, unless a grounded base takes field lines away.
+pub(super) fn check_board(array: &InPlaneArray<'_>) -> Result<(), Broken> {
+    check_scan_time(array.sensor, array.board.scan_time())?;
+    let model = array.model();
+    let grounded = model.dielectric.surroundings.has_ground();
+    let sides = model.rest_capacitance_without_fringe();
+    check_capacitor_board(
+        &array.board,
+        (!grounded).then_some(("the capacitance of the facing sides alone", sides)),
     )
 }

@@ -7,6 +7,9 @@ use crate::mechanics::{ElectrodeStiffness, LayerRange};
 use crate::summary::{Fact, fact, number, text};
 use crate::transduction::{CapacitanceLaw, InPlaneInverse, InPlaneModel, Surroundings};
 
+/// Compressions at which the error of the force is looked up: its curves have a dozen points each.
+const ERROR_STEPS: usize = 60;
+
 /// Compression at which a sensitivity is stated where there is none at rest.
 const REFERENCE: f64 = 0.01;
 
@@ -48,11 +51,19 @@ fn mechanics(model: &InPlaneModel, inverse: &InPlaneInverse) -> Vec<Fact> {
             format!("no: half length of {aspect:.3} thicknesses, below {limit}")
         }
     };
-    let compression = last.layer.kinematics.compression();
-    let error = model.force_error(compression).map_or_else(
-        || text("unknown: not compared"),
-        |share| number(share, "share", "%", 1e-2),
-    );
+    // That of the range that was compared, which may end before the invertible one.
+    let end = match last.layer.range {
+        LayerRange::CompressionAbove { limit } => limit,
+        _ => last.layer.kinematics.compression(),
+    };
+    let at = |step: usize| model.force_error(end * step as f64 / ERROR_STEPS as f64);
+    let error = (0..=ERROR_STEPS)
+        .filter_map(at)
+        .reduce(f64::max)
+        .map_or_else(
+            || text("unknown: not compared"),
+            |share| number(share, "share", "%", 1e-2),
+        );
     let force_source = match (
         model.solved.as_ref().map(|solved| solved.errors().force),
         model.electrodes.stiffness,

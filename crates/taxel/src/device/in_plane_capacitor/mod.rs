@@ -48,6 +48,14 @@ impl<'a> InPlaneArray<'a> {
         self.element.model()
     }
 
+    /// Rules of the board that need nothing that is solved of the drawing.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(crate) fn check_board(&self) -> Result<(), Broken> {
+        check::check_board(self)
+    }
+
     /// Where the taxels are.
     pub fn layout(&self) -> Layout {
         self.sensor.layout()
@@ -134,6 +142,16 @@ impl Device for InPlaneArray<'_> {
         let compression = predict::compression_of(&self.model(), load)
             .map_err(|error| NoInformation::Beyond(error.to_string()))?;
         self.information_at(compression, options.noise)
+    }
+
+    fn way(&self) -> String {
+        let model = self.model();
+        String::from(match (&model.table, &model.solved) {
+            (Some(_), _) => "table",
+            (None, Some(_)) => "solved cross-section",
+            (None, None) if model.is_compared() => "closed form",
+            (None, None) => "closed form, not compared",
+        })
     }
 
     fn compression(&self) -> Option<f64> {

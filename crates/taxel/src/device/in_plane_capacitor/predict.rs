@@ -348,6 +348,15 @@ impl Predictor for InPlanePredictor {
     fn curves(&self, given: &[bool]) -> Vec<Curve> {
         curves(given)
     }
+
+    fn in_words(&self, column: &str) -> String {
+        String::from(match column {
+            "change_mechanics" => "by mechanics",
+            "change_model_1" => "fit of the paper P1",
+            "change_model_2" => "facing sides alone",
+            column => return column.replace('_', " "),
+        })
+    }
 }
 
 /// Compression under a load; zero without one.

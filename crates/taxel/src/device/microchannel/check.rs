@@ -2,6 +2,7 @@
 
 use super::MicrochannelArray;
 use crate::device::check_mask;
+use crate::quantity::at_most;
 use crate::sensor::{Broken, check_scan_time, micrometres, require};
 use crate::signal::ResistanceSignal;
 
@@ -22,7 +23,7 @@ fn check_lengths(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     {
         let (name, crossed) = crossed;
         require(
-            share[layer] * crossed as f64 <= 1.0 + 1e-9,
+            at_most(share[layer] * crossed as f64, 1.0),
             &format!("element.microchannel.{name}.length"),
             || format!("a channel crosses {crossed} taxels, which are longer than itself"),
             "give the length from lead to lead",
@@ -78,7 +79,10 @@ fn check_board(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
 fn check_scatter(array: &MicrochannelArray<'_>) -> Result<(), Broken> {
     let element = array.element;
     require(
-        element.fabrication.height_deviation <= 0.2 * element.section.height,
+        at_most(
+            element.fabrication.height_deviation,
+            0.2 * element.section.height,
+        ),
         "element.microchannel.fabrication.height_deviation",
         || {
             format!(

@@ -100,14 +100,13 @@ fn mechanics(array: &MicrochannelArray<'_>) -> Vec<Fact> {
 /// Where the closing curve of a layer comes from, and how good it is.
 fn origin(name: &str, closing: &ClosingCurve) -> Vec<Fact> {
     let percent = |share: f64| number(share, "share", "%", 1e-2);
-    let (words, from, error) = match closing.source() {
+    let words = closing.source().words();
+    let (from, error) = match closing.source() {
         CurveSource::Tabulated { error } => (
-            "table",
             "closing; a shipped table",
             Some((*error, "largest error of the net pressure in the table")),
         ),
         CurveSource::Solved { error, ended } => (
-            "solved, kept",
             match ended {
                 None => "closing; the cell of the drawing",
                 Some(_) => {
@@ -119,8 +118,8 @@ fn origin(name: &str, closing: &ClosingCurve) -> Vec<Fact> {
                 "of the net pressure: difference of a coarser mesh, at least 0.1 %",
             )),
         ),
-        CurveSource::Points => ("points", "closing; the sensor file", None),
-        CurveSource::LoadPath => ("a table of finite elements", "mechanics.table", None),
+        CurveSource::Points => ("closing; the sensor file", None),
+        CurveSource::LoadPath => ("mechanics.table", None),
     };
     let name_of = |what: &str| format!("{name}_closing_curve{what}");
     let mut facts = vec![fact("mechanics", name_of(""), text(words), from)];

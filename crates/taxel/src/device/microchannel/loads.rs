@@ -2,7 +2,7 @@
 
 use crate::mechanics::{ClosingCurve, CurveSource, PaperLaw, PressureLaw, Stretch};
 use crate::predict::{Load, LoadColumn, LoadKind, LoadRefused};
-use crate::quantity::{AREA, FORCE, LENGTH, STRESS};
+use crate::quantity::{AREA, FORCE, LENGTH, STRESS, at_most};
 
 /// Largest loads that are taken for loads on a soft sheet, Pa, N and m².
 const HIGHEST_PRESSURE: f64 = 100e6;
@@ -68,7 +68,7 @@ pub fn stretches_of(load: &Load<'_>) -> Result<Vec<Stretch>, LoadRefused> {
     }
     let sum: f64 = stretches.iter().map(|part| part.share).sum();
     // Shares are often quotients of lengths.
-    if sum > 1.0 + 1e-9 {
+    if !at_most(sum, 1.0) {
         return Err(LoadRefused {
             column: SECOND + LOADED_SHARE,
             message: format!(
@@ -107,7 +107,7 @@ pub(super) fn part_error(closing: &ClosingCurve) -> Option<f64> {
 /// that can leave and with that of P4 (`docs/theory/microchannel.md`, section 9). None of a path that
 /// was solved with both layers; not known of points that were typed in.
 pub(super) fn whole_top_error(closing: &ClosingCurve, liquid: &PressureLaw) -> Option<f64> {
-    let stiffens = |law: &PaperLaw| law.expansion >= PAPER_EXPANSION * (1.0 - 1e-9);
+    let stiffens = |law: &PaperLaw| at_most(PAPER_EXPANSION, law.expansion);
     match (closing.source(), liquid) {
         (CurveSource::Points | CurveSource::LoadPath, _) | (_, PressureLaw::Sealed) => None,
         (_, PressureLaw::Paper(law)) if stiffens(law) => Some(0.25),

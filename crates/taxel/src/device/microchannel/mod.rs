@@ -184,6 +184,14 @@ impl Device for MicrochannelArray<'_> {
         check::check(self)
     }
 
+    fn way(&self) -> String {
+        let [rows, columns] = self
+            .layers
+            .each_ref()
+            .map(|layer| layer.closing.source().words());
+        format!("rows {rows}, columns {columns}")
+    }
+
     fn facts(&self) -> Vec<Fact> {
         facts::facts(self)
     }

@@ -12,6 +12,7 @@ use crate::mechanics::{
     MicrochannelSection, SectionClosure, Stretch,
 };
 use crate::predict::{Curve, Load, LoadColumn, LoadRefused, Loads, Predictor};
+use crate::quantity::below;
 use crate::sensor::micrometres;
 use crate::table::{Cell, Column};
 use crate::transduction::MicrochannelLayer;
@@ -267,7 +268,7 @@ impl MicrochannelPredictor {
         let smallest = shares(loads).reduce(f64::min)?;
         let lengths = self.layers.iter().map(|layer| layer.conductor.length);
         let length = smallest * lengths.fold(f64::INFINITY, f64::min);
-        (length < shortest * (1.0 - 1e-9)).then(|| {
+        below(length, shortest).then(|| {
             format!(
                 "loaded_share = {smallest} is a part of {}; its ends carry load that the closed form leaves out, and the error that \
                  taxel check states is for parts of {} or more; --mechanics fem answers for a patch (patch_x, patch_y)",

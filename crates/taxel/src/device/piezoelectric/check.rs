@@ -3,9 +3,10 @@
 use super::PiezoelectricArray;
 use crate::electronics::LastStage;
 use crate::mechanics::SeatedSetting;
+use crate::quantity::at_most;
 use crate::sensor::{
-    Broken, CoverContact, InPlane, SAME_LENGTH, Seat, check_scan_time, micrometres, require,
-    rounded_down, rounded_up,
+    Broken, CoverContact, InPlane, Seat, check_scan_time, micrometres, require, rounded_down,
+    rounded_up,
 };
 use taxel_numerics::linear_chain::Chain;
 
@@ -37,7 +38,7 @@ fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     let (side, cover) = (array.description.ceramic.side, &array.description.cover);
     for pitch in array.sensor.array.pitch {
         require(
-            side <= pitch + SAME_LENGTH,
+            at_most(side, pitch),
             "array.pitch",
             || {
                 format!(
@@ -57,7 +58,7 @@ fn check_geometry(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     )?;
     let (depth, least) = (array.description.depth(), DEPTH_OVER_SIDE * side);
     require(
-        depth >= least,
+        at_most(least, depth),
         &key("cover.thickness"),
         || {
             format!(
@@ -87,7 +88,7 @@ fn check_seat(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     if let Some(Seat::At(seat)) = description.seat {
         let (lowest, highest) = (0.5 * plate, layer - 0.5 * plate);
         require(
-            lowest - SAME_LENGTH <= seat.height && seat.height <= highest + SAME_LENGTH,
+            at_most(lowest, seat.height) && at_most(seat.height, highest),
             &key("seat.at.height"),
             || {
                 format!(
@@ -160,7 +161,7 @@ fn check_scan(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     check_scan_time(array.sensor, array.board.scan_time())?;
     let carried = array.board.carried_over();
     require(
-        carried <= CARRIED_OVER,
+        at_most(carried, CARRIED_OVER),
         "electronics.scan",
         || {
             format!(
@@ -184,7 +185,7 @@ fn check_rate(array: &PiezoelectricArray<'_>) -> Result<(), Broken> {
     let corner = 1.0 / (std::f64::consts::TAU * time);
     let (rate, least) = (1.0 / array.board.period(), RATE_OVER_CORNER * corner);
     require(
-        rate >= least * (1.0 - 1e-9),
+        at_most(least, rate),
         "electronics.frame_rate",
         || {
             format!(

@@ -1,17 +1,22 @@
 //! Rules between the keys of a three-axis array.
 
 use super::ThreeAxisArray;
+use crate::device::{AXES, check_capacitor_board, check_readable};
+use crate::quantity::{at_most, below};
 use crate::sensor::{
     Broken, ThreeAxisCapacitor, check_scan_time, micrometres, require, rounded_down,
 };
+use crate::transduction::VACUUM_PERMITTIVITY;
 
 pub(super) fn check(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     check_suspension(array)?;
     check_edges(array)?;
     check_bending(array)?;
     check_reach(array)?;
-    check_electronics(array)?;
-    check_fabrication(array.element)
+    for rest in array.unit_model().rest() {
+        check_readable(&array.board, "a rest capacitance", rest)?;
+    }
+    Ok(())
 }
 
 const SUSPENSION: &str = "element.three_axis_capacitor.suspension";
@@ -89,7 +94,7 @@ fn check_bending(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     let gaps = array.element.plates.air_gap.into_iter();
     let least = gaps.fold(f64::INFINITY, f64::min);
     require(
-        bent.closing < least,
+        below(bent.closing, least),
         "array.mount.cylinder.unstretched_plane",
         || {
             format!(
@@ -105,52 +110,58 @@ fn check_bending(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
 /// The full scale of each axis alone must not close a gap.
 fn check_reach(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
     let (element, unit) = (array.element, array.unit_model());
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+    let least = |axis: usize, size: f64| {
         let mut force = [0.0; 3];
-        force[axis] = element.full_scale;
+        force[axis] = size;
         let air = unit.plates.air_gaps(&unit.suspension.deform(force));
-        let least = air.into_iter().fold(f64::INFINITY, f64::min);
-        require(
-            least > 0.0,
-            "element.three_axis_capacitor.full_scale",
-            || {
-                format!(
-                    "the full scale along {name} closes a gap: {:.3} um would be missing",
-                    -least * 1e6
-                )
-            },
-            "give a smaller full scale, a stiffer suspension or a larger air gap",
-        )?;
-    }
-    Ok(())
+        air.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    let closes = |axis: &usize| least(*axis, element.full_scale) <= 0.0;
+    let Some(axis) = (0..3).find(closes) else {
+        return Ok(());
+    };
+    // A gap shrinks with the force: the ends are halved until rounding is left.
+    let largest = |axis: usize| {
+        let halved = |[low, high]: [f64; 2], _| {
+            let middle = 0.5 * (low + high);
+            if least(axis, middle) > 0.0 {
+                [middle, high]
+            } else {
+                [low, middle]
+            }
+        };
+        (0..f64::MANTISSA_DIGITS).fold([0.0, element.full_scale], halved)[0]
+    };
+    let fits = (0..3).map(largest).fold(f64::INFINITY, f64::min);
+    let message = format!(
+        "the full scale along {} closes a gap: {:.3} um would be missing",
+        AXES[axis],
+        -least(axis, element.full_scale) * 1e6
+    );
+    let help = format!(
+        "give less than {} mN, a stiffer suspension or a larger air gap",
+        rounded_down(fits * 1e3)
+    );
+    let key = "element.three_axis_capacitor.full_scale";
+    Err(Broken::new(key, message, &help))
 }
 
-fn check_electronics(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
-    let front_end = &array.board;
-    check_scan_time(array.sensor, front_end.scan_time())?;
-    let rest = array.unit_model().rest();
-    let [least, most] = front_end.span();
-    for value in rest {
-        require(
-            least < value && value < most,
-            front_end.last.range_key(),
-            || {
-                format!(
-                    "a rest capacitance of {:.2} fF is outside what the board can read, {:.2} to {:.2} fF",
-                    value * 1e15,
-                    least * 1e15,
-                    most * 1e15
-                )
-            },
-            "change the range, or the drive or the feedback capacitor of an amplifier",
-        )?;
-    }
-    require(
-        front_end.deviation() > 0.0,
-        front_end.noise_key(),
-        || "a board without any noise gives no uncertainty".into(),
-        "give the noise of one reading, such as \"0.1 mV\"",
-    )
+/// Rules of the board and of the scatter that need no solution of the drawing: its plates are less
+/// than its capacitance.
+pub(super) fn check_board(array: &ThreeAxisArray<'_>) -> Result<(), Broken> {
+    check_scan_time(array.sensor, array.board.scan_time())?;
+    let plates = &array.element.plates;
+    let widest = plates.air_gap.into_iter().fold(0.0, f64::max);
+    let gap = widest + plates.insulation / plates.insulation_permittivity;
+    let plate = VACUUM_PERMITTIVITY * plates.electrode[0] * plates.electrode[1] / gap;
+    check_capacitor_board(
+        &array.board,
+        Some((
+            "the capacitance of a pair of plates without its edges",
+            plate,
+        )),
+    )?;
+    check_fabrication(array.element)
 }
 
 fn check_fabrication(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
@@ -160,7 +171,7 @@ fn check_fabrication(element: &ThreeAxisCapacitor) -> Result<(), Broken> {
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     require(
-        element.fabrication.air_gap_deviation <= 0.2 * least,
+        at_most(element.fabrication.air_gap_deviation, 0.2 * least),
         "element.three_axis_capacitor.fabrication.air_gap_deviation",
         || {
             format!(

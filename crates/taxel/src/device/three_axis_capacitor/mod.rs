@@ -81,6 +81,14 @@ impl<'a> ThreeAxisArray<'a> {
         first.map_or_else(|| self.unit_model(), |calibrated| calibrated.unit)
     }
 
+    /// Rules of the board that need nothing that is solved of the drawing.
+    ///
+    /// # Errors
+    /// The first broken rule, shown at its key.
+    pub(crate) fn check_board(&self) -> Result<(), Broken> {
+        check::check_board(self)
+    }
+
     /// Where the units are.
     pub fn layout(&self) -> Layout {
         self.sensor.layout()
@@ -158,6 +166,24 @@ fn loaded_axis(force: [f64; 3]) -> Result<usize, NoInformation> {
 impl Device for ThreeAxisArray<'_> {
     fn check(&self) -> Result<(), Broken> {
         check::check(self)
+    }
+
+    fn way(&self) -> String {
+        let (plates, suspension) = (&self.element.plates, &self.element.suspension);
+        let of = |typed_in: bool, solved: bool| match (typed_in, solved) {
+            (true, _) => "typed in",
+            (_, true) => "solved",
+            _ => "table",
+        };
+        let edges = of(
+            plates.parallel_capacitance.is_some(),
+            plates.solved_edges.0.is_some(),
+        );
+        let stiffness = of(
+            suspension.from_drawing.is_none(),
+            suspension.is_solved(&self.unit_drawing()),
+        );
+        format!("edges {edges}, stiffness {stiffness}")
     }
 
     fn facts(&self) -> Vec<Fact> {
