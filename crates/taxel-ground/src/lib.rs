@@ -35,5 +35,6 @@ pub mod summary;
 pub mod svg;
 pub mod table;
 pub mod toml_input;
+pub mod work;
 
 pub use input::{InputError, Place, Utf16, separator_of, text_of};

@@ -44,7 +44,8 @@ pub mod trained;
 pub mod transduction;
 
 pub use taxel_ground::{
-    InputError, Place, drawing, figure, quantity, schema, shown, stress_map, svg, table, toml_input,
+    InputError, Place, drawing, figure, quantity, schema, shown, stress_map, svg, table,
+    toml_input, work,
 };
 
 /// The example of the README is compiled and run with the other examples.

@@ -46,4 +46,5 @@ mod spread;
 mod studies;
 mod tabulate;
 mod trained;
+mod waits;
 mod wrong_boards;

@@ -403,21 +403,30 @@ impl MagnetArray {
         }
     }
 
-    /// Covariance of the forces at the end of a search, and with it all that is said of them.
+    /// Covariance of the forces at the end of a search, and with it all that is said of them; `slopes` are
+    /// those of the readings of the frame.
     fn judge(
         &self,
         unknowns: &[f64],
         factor: &[Vec<f64>],
+        slopes: &[Vec<f64>],
+        weights: &[f64],
         squares: &[[f64; 2]],
         found: &mut Inverted,
     ) {
         let count = self.forces();
+        found.by_noise.clear();
         let covariance: Vec<Vec<f64>> = (0..count)
             .map(|column| {
                 let unit: Vec<f64> = (0..unknowns.len())
                     .map(|row| if row == column { self.full_scale } else { 0.0 })
                     .collect();
                 let solved = cholesky_solve(factor, &unit);
+                let by_reading = slopes.iter().zip(weights).map(|(slopes, weight)| {
+                    let along = slopes.iter().zip(&solved).map(|(a, b)| a * b);
+                    (weight * along.sum::<f64>()).powi(2)
+                });
+                found.by_noise.push(by_reading.sum::<f64>().sqrt());
                 solved[..count]
                     .iter()
                     .map(|value| value * self.full_scale)
@@ -849,7 +858,8 @@ impl Network for MagnetArray {
             if decrement < CLOSE * CLOSE * (1.0 + square) {
                 found.converged = true;
                 let squares = self.squares(&unknowns, &residuals, &weights);
-                self.judge(&unknowns, &factor, &squares, found);
+                let slopes = &model.slopes[..signals.len()];
+                self.judge(&unknowns, &factor, slopes, &weights, &squares, found);
                 return;
             }
             let mut share = 1.0;
