@@ -87,7 +87,6 @@ fn what_takes_longer_than_a_second_says_so() {
             vec!["tabulate", "liquid-metal-2x4", "-o", &output("table.csv")],
             "solving the load path: ",
         ),
-        (vec!["solve", "dome"], "solving: "),
         (
             [&["live", "three-axis-8x8"][..], &forever].concat(),
             "playing the frames: ",

@@ -504,7 +504,9 @@ impl ArrayEstimator {
         let touch = &mut self.touch;
         let meaning = self.reader.meaning();
         let pulls = meaning.pulls();
+        let sampling = self.reader.sampling();
         for contact in &mut touch.contacts {
+            contact.force_covariance[2][2] += (sampling * contact.force[2]).powi(2);
             contact.say_no_more(meaning.components, pulls);
         }
         let unknown = |contact: &&Contact| contact.certainty == Certainty::Unknown;

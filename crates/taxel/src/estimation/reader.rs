@@ -365,6 +365,11 @@ pub trait Reader: Any + Send {
         None
     }
 
+    /// Standard deviation of what the cells cannot see of a force, as a share of it; default none.
+    fn sampling(&self) -> f64 {
+        0.0
+    }
+
     /// How much a total force says that is no sum of taxels.
     fn total_certainty(&self) -> Certainty {
         Certainty::Exact

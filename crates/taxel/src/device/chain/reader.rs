@@ -524,6 +524,10 @@ impl Reader for ChainReader {
         Some(by_noise + as_made + (self.sampling * sum).powi(2))
     }
 
+    fn sampling(&self) -> f64 {
+        self.sampling
+    }
+
     fn by_noise(&self, taxel: usize) -> Option<f64> {
         let pressing = self.chain.axes.count() * (taxel + 1) - 1;
         (!self.is_independent()).then(|| self.by_noise[pressing])
