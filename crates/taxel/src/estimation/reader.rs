@@ -365,9 +365,10 @@ pub trait Reader: Any + Send {
         None
     }
 
-    /// Standard deviation of what the cells cannot see of a force, as a share of it; default none.
-    fn sampling(&self) -> f64 {
-        0.0
+    /// True if a load reaches cells around it, so that contacts have a part in what cells that are not
+    /// touched read; default false.
+    fn spreads_loads(&self) -> bool {
+        false
     }
 
     /// How much a total force says that is no sum of taxels.

@@ -36,8 +36,8 @@ struct Device {
     /// two columns has no certain position. Speeds along the rows of elements that give charge
     /// are those of `p3_slip::ninety_five_per_cent_intervals_hold_the_speed_of_two_hundred_ridges`.
     slide: Option<[f64; 4]>,
-    /// False where no step nor impact is known: the force of a contact is uncertain by what its cells do
-    /// not see of it, and six deviations of that are more than the force.
+    /// False where hardly a step or impact is known: the force of a contact is uncertain by what its cells
+    /// do not see of it, and six deviations of that are about as much as the force.
     changes: bool,
     /// Standard deviations of each component of a uniform field, uT, and of the warming of magnets, %,
     /// as the sensor file states them, which the script of a twin has not.

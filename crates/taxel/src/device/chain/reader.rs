@@ -524,8 +524,8 @@ impl Reader for ChainReader {
         Some(by_noise + as_made + (self.sampling * sum).powi(2))
     }
 
-    fn sampling(&self) -> f64 {
-        self.sampling
+    fn spreads_loads(&self) -> bool {
+        self.sampling > 0.0
     }
 
     fn by_noise(&self, taxel: usize) -> Option<f64> {
