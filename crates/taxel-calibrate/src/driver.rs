@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use taxel::InputError;
+use taxel_ground::work::Parts;
 use taxel_numerics::least_squares::{
     Direction, Estimate, FitError, Member, Parameter, Status, wide_profile_interval,
 };
@@ -260,7 +261,9 @@ impl<D: Findings> Run<'_, D> {
     /// The fits of all models that have an answer, those of the asked one first.
     fn candidates(&self, remarks: &mut Vec<Remark>) -> Result<Vec<Vec<FittedOf<D>>>, InputError> {
         let mut candidates = Vec::new();
-        for model in 0..self.device.models().len() {
+        let models = self.device.models().len();
+        let parts = Parts::new("fitting the models", models as u64);
+        for model in 0..models {
             match self.fitted(model, &self.bodies, None) {
                 Ok(fits) if model == self.wanted => candidates.insert(0, fits),
                 Ok(fits) => candidates.push(fits),
@@ -270,6 +273,7 @@ impl<D: Findings> Run<'_, D> {
                     remarks.push(Remark::whole(message));
                 }
             }
+            parts.done(1);
         }
         Ok(candidates)
     }
@@ -340,9 +344,15 @@ impl<D: Findings> Run<'_, D> {
             self.options.profile || fitted.fit.estimates[*j].deviation > BENT * size(*j)
         };
         let places = (0..fitted.parameters.len()).filter(identified);
+        let places: Vec<usize> = places.filter(wanted).collect();
+        let parts = Parts::new("intervals by profiles", places.len() as u64);
         let intervals: Vec<(usize, [f64; 2], [f64; 2])> = places
-            .filter(wanted)
-            .map(|j| Ok((j, interval(j, 1.0)?, interval(j, FAR)?)))
+            .into_iter()
+            .map(|j| {
+                let found = (j, interval(j, 1.0)?, interval(j, FAR)?);
+                parts.done(1);
+                Ok(found)
+            })
             .collect::<Result<_, FitError>>()
             .map_err(|error| self.refused(self.wanted, "", &error))?;
         let opened = |(j, interval, far): (usize, [f64; 2], [f64; 2])| {

@@ -39,6 +39,34 @@ impl Rectangle {
     }
 }
 
+/// Lines across x and across y at the edges of `field` and of figures in it.
+pub(crate) fn grid<'r>(
+    field: &'r Rectangle,
+    figures: impl Iterator<Item = &'r Rectangle>,
+) -> [Vec<f64>; 2] {
+    let mut edges = [Vec::new(), Vec::new()];
+    for figure in figures.chain([field]) {
+        for (axis, edges) in edges.iter_mut().enumerate() {
+            edges.extend([figure.low[axis], figure.high[axis]]);
+        }
+    }
+    edges.map(lines)
+}
+
+/// Gives `value` to the cells of a grid, row by row from the lowest y, that a figure covers.
+pub(crate) fn paint<T: Clone>(
+    cells: &mut [T],
+    [xs, ys]: &[Vec<f64>; 2],
+    figure: &Rectangle,
+    value: &T,
+) {
+    let columns = xs.len() - 1;
+    let across = line_at(xs, figure.low[0])..line_at(xs, figure.high[0]);
+    for row in line_at(ys, figure.low[1])..line_at(ys, figure.high[1]) {
+        cells[row * columns + across.start..row * columns + across.end].fill(value.clone());
+    }
+}
+
 /// Sorted `values` without those that are the same but for rounding.
 pub(crate) fn lines(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
@@ -55,23 +83,13 @@ pub(crate) fn line_at(lines: &[f64], value: f64) -> usize {
 ///
 /// Holes lie in the field; they may touch one another.
 pub(crate) fn complement(field: &Rectangle, holes: &[Rectangle]) -> Vec<Rectangle> {
-    let along = |axis: usize| {
-        let edges = holes.iter().chain([field]);
-        lines(
-            edges
-                .flat_map(|hole| [hole.low[axis], hole.high[axis]])
-                .collect(),
-        )
-    };
-    let (xs, ys) = (along(0), along(1));
-    let columns = xs.len() - 1;
-    let mut filled = vec![false; columns * (ys.len() - 1)];
+    let grid = grid(field, holes.iter());
+    let mut filled = vec![false; (grid[0].len() - 1) * (grid[1].len() - 1)];
     for hole in holes {
-        let across = line_at(&xs, hole.low[0])..line_at(&xs, hole.high[0]);
-        for row in line_at(&ys, hole.low[1])..line_at(&ys, hole.high[1]) {
-            filled[row * columns + across.start..row * columns + across.end].fill(true);
-        }
+        paint(&mut filled, &grid, hole, &true);
     }
+    let [xs, ys] = grid;
+    let columns = xs.len() - 1;
     let mut left: Vec<Rectangle> = Vec::new();
     // Bands of equal runs are one rectangle each: as few figures as the pattern has.
     let mut open: Vec<(usize, usize, usize)> = Vec::new();

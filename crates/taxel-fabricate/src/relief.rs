@@ -7,6 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::rectangle::{Rectangle, grid, paint};
+
 /// Heights over the cells of a rectangular grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Relief {
@@ -29,14 +31,17 @@ pub struct Mesh {
 }
 
 impl Relief {
-    /// A relief of level cells: `height` of a cell by its middle, m; 0 is a hole.
-    pub fn of_cells(xs: Vec<f64>, ys: Vec<f64>, height: impl Fn([f64; 2]) -> f64) -> Self {
-        let mut cells = Vec::with_capacity((xs.len() - 1) * (ys.len() - 1));
-        for y in ys.windows(2) {
-            for x in xs.windows(2) {
-                cells.push([height([0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])]); 4]);
+    /// A plate over `field` as high as `ground`, m, with level figures in it: groups of them with their
+    /// height, m, of which a later one covers an earlier one; 0 is a hole.
+    pub fn level(field: &Rectangle, ground: f64, groups: &[(&[Rectangle], f64)]) -> Self {
+        let grid = grid(field, groups.iter().flat_map(|(figures, _)| *figures));
+        let mut cells = vec![[ground; 4]; (grid[0].len() - 1) * (grid[1].len() - 1)];
+        for (figures, height) in groups {
+            for figure in *figures {
+                paint(&mut cells, &grid, figure, &[*height; 4]);
             }
         }
+        let [xs, ys] = grid;
         Self { xs, ys, cells }
     }
 
@@ -244,15 +249,20 @@ mod tests {
 
     #[test]
     fn steps_holes_and_slopes_are_closed_bodies_of_their_volume() {
-        // Three heights and a hole round one corner.
-        let xs = vec![0.0, 1.0, 3.0, 4.0];
-        let ys = vec![0.0, 2.0, 3.0];
-        let heights = [[1.0, 2.0, 3.0], [0.5, 0.0, 1.5]];
-        let at = |[x, y]: [f64; 2]| {
-            let column = usize::from(x > 1.0) + usize::from(x > 3.0);
-            heights[usize::from(y > 2.0)][column]
-        };
-        let mesh = Relief::of_cells(xs, ys, at).mesh();
+        // Three heights and a hole round one corner; the middle column is painted twice.
+        let figure = |low, high| [Rectangle { low, high }];
+        let mesh = Relief::level(
+            &figure([0.0, 0.0], [4.0, 3.0])[0],
+            1.0,
+            &[
+                (&figure([1.0, 0.0], [3.0, 3.0]), 2.0),
+                (&figure([3.0, 0.0], [4.0, 2.0]), 3.0),
+                (&figure([0.0, 2.0], [1.0, 3.0]), 0.5),
+                (&figure([1.0, 2.0], [3.0, 3.0]), 0.0),
+                (&figure([3.0, 2.0], [4.0, 3.0]), 1.5),
+            ],
+        )
+        .mesh();
         assert!(mesh.is_watertight());
         let volume = 2.0 * (1.0 + 2.0 * 2.0 + 3.0) + (0.5 + 1.5);
         assert!((mesh.volume() - volume).abs() < 1e-12);
@@ -269,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_surface_with_a_hole_in_it_is_seen() {
-        let mut mesh = Relief::of_cells(vec![0.0, 1.0], vec![0.0, 1.0], |_| 1.0).mesh();
+        let mut mesh = Relief::level(&Rectangle::centred([0.0; 2], [1.0; 2]), 1.0, &[]).mesh();
         assert!(mesh.is_watertight());
         mesh.triangles.pop();
         assert!(!mesh.is_watertight());

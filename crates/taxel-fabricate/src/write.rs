@@ -1,5 +1,7 @@
 //! All files of a plan.
 
+use taxel::work::Parts;
+
 use crate::bill::bill;
 use crate::dxf::dxf;
 use crate::error::Refused;
@@ -35,9 +37,13 @@ pub fn files(plan: &Plan, options: &Options, origin: &str) -> Result<Vec<File>, 
     let [x, y] = plan.field.size();
     let letters = LETTERS * x.max(y);
     let at = [plan.field.low[0], plan.field.low[1] - 0.1 * x.max(y)];
-    let file = |name: &str, bytes: Vec<u8>| File {
-        name: name.into(),
-        bytes,
+    let parts = Parts::new("files for the workshop", 4 + plan.moulds.len() as u64);
+    let file = |name: &str, bytes: Vec<u8>| {
+        parts.done(1);
+        File {
+            name: name.into(),
+            bytes,
+        }
     };
     let mut files = vec![
         file(

@@ -4,6 +4,8 @@ use std::io::{IsTerminal as _, Write as _};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
+use taxel_ground::work;
+
 use crate::note;
 
 /// Work under way: from its first second on it says what it is, how far, and how long it will
@@ -30,6 +32,8 @@ struct Work {
     what: String,
     start: Instant,
     fraction: Option<f64>,
+    /// Parts that it counts, and since when.
+    parts: Option<(work::Progress, Instant)>,
     said: Option<Instant>,
 }
 
@@ -55,6 +59,7 @@ impl Progress {
     pub fn new(what: impl Into<String>) -> Self {
         static WATCH: Once = Once::new();
         WATCH.call_once(|| {
+            work::heard_by(hear);
             // Without the thread the work is silent, and done all the same.
             let _ = std::thread::Builder::new()
                 .name("progress".into())
@@ -68,6 +73,7 @@ impl Progress {
             what: what.into(),
             start: Instant::now(),
             fraction: None,
+            parts: None,
             said: None,
         });
         Self { number }
@@ -106,16 +112,41 @@ impl Work {
             return None;
         }
         self.said = Some(Instant::now());
-        let gone = self.start.elapsed().as_secs_f64();
-        Some(match self.fraction {
-            Some(fraction) if fraction > 0.0 => format!(
-                "{}: {:.0} %, about {:.0} s left",
-                self.what,
-                100.0 * fraction,
-                gone * (1.0 - fraction) / fraction
-            ),
-            _ => format!("{}: {gone:.0} s so far", self.what),
+        let far = |since: Instant, fraction: f64| {
+            let gone = since.elapsed().as_secs_f64();
+            if fraction > 0.0 {
+                format!("about {:.0} s left", gone * (1.0 - fraction) / fraction)
+            } else {
+                format!("{gone:.0} s so far")
+            }
+        };
+        Some(match (self.parts, self.fraction) {
+            (Some((work::Progress { what, done, of }, since)), _) => {
+                let fraction = done as f64 / of.max(1) as f64;
+                let counted = if of < COUNTABLE {
+                    format!("{done} of {of}")
+                } else {
+                    format!("{:.0} %", 100.0 * fraction)
+                };
+                format!("{what}: {counted}, {}", far(since, fraction))
+            }
+            (None, Some(fraction)) if fraction > 0.0 => {
+                let far = far(self.start, fraction);
+                format!("{}: {:.0} %, {far}", self.what, 100.0 * fraction)
+            }
+            _ => format!("{}: {}", self.what, far(self.start, 0.0)),
         })
+    }
+}
+
+/// Parts are counted below this number; of more the share is said.
+const COUNTABLE: u64 = 1000;
+
+/// Hears of the parts of the work that was begun last.
+fn hear(parts: Option<work::Progress>) {
+    if let Some(work) = works().now.last_mut() {
+        let since = work.parts.map(|(_, since)| since);
+        work.parts = parts.map(|parts| (parts, since.unwrap_or_else(Instant::now)));
     }
 }
 
@@ -152,6 +183,7 @@ mod tests {
             what: "solving".into(),
             start: now,
             fraction: None,
+            parts: None,
             said: None,
         };
         assert_eq!(work.line(LOG), None);
@@ -164,5 +196,15 @@ mod tests {
         work.fraction = Some(0.25);
         let line = work.line(LOG);
         assert_eq!(line.as_deref(), Some("solving: 25 %, about 60 s left"));
+        for (done, of, line) in [
+            (0, 7, "fits: 0 of 7, 20 s so far"),
+            (5, 7, "fits: 5 of 7, about 8 s left"),
+            (25_000, 40_000, "fits: 62 %, about 12 s left"),
+        ] {
+            let what = "fits";
+            work.parts = Some((work::Progress { what, done, of }, work.start));
+            work.said = None;
+            assert_eq!(work.line(LOG).as_deref(), Some(line));
+        }
     }
 }

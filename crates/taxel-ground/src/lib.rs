@@ -36,5 +36,6 @@ pub mod svg;
 pub mod table;
 pub mod toml_input;
 pub mod words;
+pub mod work;
 
 pub use input::{InputError, Place, Utf16, separator_of, text_of};

@@ -1,5 +1,7 @@
 //! Which law stands for the tests, and what they do not tell.
 
+use taxel_ground::work::Parts;
+
 use crate::fit::{
     Fit, FitError, Form, MOST_SLACK, MOST_TERMS, Measure, Slack, Weights, fits, with_interval,
 };
@@ -130,6 +132,7 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
     ];
     let biaxial = tested(Mode::Equibiaxial, false);
     let (mut candidates, mut failed) = (Vec::new(), Vec::new());
+    let laws = Parts::new("fitting the laws", forms.len() as u64);
     for form in forms {
         match fitted(form) {
             Ok(fits) => {
@@ -145,7 +148,9 @@ pub fn choose(tests: &[Specimen], options: &Options) -> Result<Choice, FitError>
             }
             Err(error) => failed.push((form, error)),
         }
+        laws.done(1);
     }
+    drop(laws);
     let standing = |candidate: &Candidate| candidate.refused.is_none();
     let rms = |candidate: &Candidate| candidate.fit.rms();
     let best = candidates

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use taxel::acquisition::{Frame, Stream};
 use taxel::estimation::{Continuity, FrameError, TouchSession};
+use taxel::work::Parts;
 use taxel_recording::mcap::{LinkMessage, RECONNECTED, RestKind};
 
 use crate::condition::{ChannelConditions, ConditionSender};
@@ -44,6 +45,8 @@ pub struct PumpOptions {
     pub speed: f64,
     /// End after so many new frames; default never.
     pub frames: Option<u64>,
+    /// Frames that the source has, where that is known: how far the run is.
+    pub expected: Option<u64>,
     /// Frames of a rest capture; default 50, as in the paper.
     pub tare_frames: usize,
     /// Whether a rest capture is taken at the start; default automatic.
@@ -78,6 +81,7 @@ impl Default for PumpOptions {
         Self {
             speed: 1.0,
             frames: None,
+            expected: None,
             tare_frames: 50,
             start_tare: StartTare::Automatic,
             rest_from: None,
@@ -560,6 +564,8 @@ impl Pump {
     }
 
     fn frames(&mut self) -> Result<(), Failure> {
+        let of = self.options.frames.or(self.options.expected);
+        let parts = of.map(|frames| Parts::new("playing the frames", frames));
         while !self.done() {
             if let Some(failure) = self.ending.take() {
                 return Err(failure);
@@ -583,6 +589,9 @@ impl Pump {
                         continue;
                     }
                     self.take(frame)?;
+                    if let Some(parts) = &parts {
+                        parts.done(1);
+                    }
                 }
             }
         }

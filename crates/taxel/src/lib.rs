@@ -45,7 +45,7 @@ pub mod transduction;
 
 pub use taxel_ground::{
     InputError, Place, drawing, figure, quantity, schema, shown, stress_map, svg, table,
-    toml_input, words,
+    toml_input, words, work,
 };
 
 /// The example of the README is compiled and run with the other examples.

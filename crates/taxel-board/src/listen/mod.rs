@@ -10,6 +10,8 @@ mod text;
 
 use std::fmt::Write as _;
 
+use taxel_ground::work::Parts;
+
 use crate::board::Board;
 use crate::{Begin, Decoder, HelloFinder, board_file_of_hello};
 
@@ -95,13 +97,16 @@ pub fn draft(bytes: &[u8], rate: Option<f64>) -> Result<Draft, Vec<String>> {
     // What is text is no packet.
     for proposals in [text::proposals, cuts::proposals] {
         let mut best: Option<(Found, Draft)> = None;
-        for proposal in proposals(bytes) {
+        let proposals = proposals(bytes);
+        let parts = Parts::new("ways to read the bytes", proposals.len() as u64);
+        for proposal in proposals {
             let is_better = best.as_ref().is_none_or(|(best, _)| proposal.found > *best);
             match judged(&proposal, bytes, rate) {
                 Ok(draft) if is_better => best = Some((proposal.found, draft)),
                 Ok(_) => {}
                 Err(why) => tried.push(why),
             }
+            parts.done(1);
         }
         if let Some((_, draft)) = best {
             return Ok(draft);

@@ -26,8 +26,6 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let drawing = Progress::new("drawing masks and moulds");
     let written = files(&plan, &options, &named.origin()).map_err(wrong)?;
 
-    drop(drawing);
-
     let existing = arguments.overwrite.existing();
     let folder = &arguments.output;
     let paths: Vec<_> = written.iter().map(|file| folder.join(&file.name)).collect();
@@ -47,6 +45,7 @@ pub(crate) fn run(arguments: &Fabricate) -> Result<Done, Stop> {
     let missing = plan.missing.iter().map(String::as_str).map(Value::from);
     about.insert("not_in_the_sensor_file".into(), missing.collect());
     let (columns, rows) = summary(&plan, &options);
+    drop(drawing);
     let mut text = table::render(arguments.format.into(), &about, &columns, &rows);
     if arguments.format == crate::arguments::Format::Table {
         text.push_str("\nNot in the sensor file, and so not drawn:\n");

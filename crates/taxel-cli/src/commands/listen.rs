@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Parser as _;
 use taxel::shown;
 use taxel_board::{Draft, LEAST_PACKETS};
+use taxel_files::Progress;
 use taxel_serve::link::{Heard, LinkAddress, SerialSettings};
 
 use crate::arguments::{Arguments, Command, Listen};
@@ -39,7 +40,10 @@ pub(crate) fn run(arguments: &Listen) -> Result<Done, Stop> {
     } else {
         (captured(Path::new(source))?, None)
     };
-    let draft = taxel_board::listen(&bytes, rate).map_err(|tried| {
+    let drafting = Progress::new("looking for what the bytes are");
+    let draft = taxel_board::listen(&bytes, rate);
+    drop(drafting);
+    let draft = draft.map_err(|tried| {
         let mut message = format!(
             "{source}: {} bytes, and no board file that reads them; a claim needs {LEAST_PACKETS} packets that agree",
             bytes.len()

@@ -124,7 +124,8 @@ fn run_one(arguments: &Live) -> Result<Done, Stop> {
     drop(preparing);
     session.options.provenance = saved_provenance(&session.provenance, arguments.seed);
     let about = about(&session, arguments.seed);
-    let ends = arguments.headless && arguments.frames.is_some();
+    let frames = session.options.frames.or(session.options.expected);
+    let ends = arguments.headless && frames.is_some();
     let playing = ends.then(|| Progress::new("playing the frames"));
     let summary = if arguments.headless {
         run_headless(session)
@@ -216,6 +217,7 @@ pub(crate) fn options(arguments: &Live) -> Result<PumpOptions, Stop> {
     let events = arguments.events.as_deref().map(EventFile::new).transpose();
     let events = events.map_err(|error| Stop::WrongInput(format!("--events {error}")))?;
     Ok(PumpOptions {
+        expected: None,
         speed,
         frames: arguments.frames,
         tare_frames: match arguments.start.rest {
@@ -466,6 +468,7 @@ fn replayed(
     let recorded = source.findings().map(RunFiles::of);
     let foreign = recorded.is_none();
     let options = PumpOptions {
+        expected: Some(survey.frames),
         // The changes of the rest values are part of such a recording.
         start_tare: match options.start_tare {
             StartTare::Automatic if recorded.is_some() => StartTare::Never,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read as _, Write};
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use clap::Parser as _;
 use serde_json::{Map, Value, json};
 use taxel::shown;
 use taxel::table;
+use taxel::work::Parts;
 use taxel_recording::export::{ExportMeaning, write_csv, write_npz, write_tables};
 use taxel_recording::mcap::{
     Companion, Findings, LinkMessage, MAGIC, McapReader, Message, Ros2Messages, Storage, Topic,
@@ -56,11 +57,28 @@ fn open(path: &Path) -> Result<File, Stop> {
     File::open(path).map_err(unreadable)
 }
 
-fn reader(path: &Path) -> Result<McapReader<BufReader<File>>, Stop> {
-    Ok(McapReader::new(BufReader::with_capacity(
-        1 << 18,
-        open(path)?,
-    )))
+/// A file whose bytes are counted as they are read.
+struct Counted {
+    file: File,
+    bytes: Parts,
+}
+
+impl Read for Counted {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.file.read(buffer)?;
+        self.bytes.done(read as u64);
+        Ok(read)
+    }
+}
+
+type Reader = McapReader<BufReader<Counted>>;
+
+fn reader(path: &Path) -> Result<Reader, Stop> {
+    let file = open(path)?;
+    let size = file.metadata().map_err(|error| unreadable(path, &error))?;
+    let bytes = Parts::new("reading the recording", size.len());
+    let counted = Counted { file, bytes };
+    Ok(McapReader::new(BufReader::with_capacity(1 << 18, counted)))
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Stop {
@@ -552,13 +570,13 @@ fn tables(
         .filter(|parent| !parent.as_os_str().is_empty());
     let parent = parent.unwrap_or(Path::new("."));
     let beside = parent.join(format!(".taxel-{}.part", std::process::id()));
+    let source = reader(file)?;
     std::fs::create_dir(&beside).map_err(failed)?;
     let write = || -> std::io::Result<Vec<String>> {
         let mut open = |name: &str| -> std::io::Result<Box<dyn Write>> {
             let file = File::create_new(beside.join(name))?;
             Ok(Box::new(BufWriter::with_capacity(1 << 16, file)))
         };
-        let source = McapReader::new(BufReader::with_capacity(1 << 18, File::open(file)?));
         let names = write_tables(source, meaning, &mut open)?;
         let mut names: Vec<String> = names.into_iter().map(str::to_owned).collect();
         for (place, attachment) in findings.attachments.iter().enumerate() {

@@ -47,4 +47,5 @@ mod spread;
 mod studies;
 mod tabulate;
 mod trained;
+mod waits;
 mod wrong_boards;

@@ -2,7 +2,7 @@
 
 use taxel::layout::Layout;
 
-use crate::rectangle::{Rectangle, lines};
+use crate::rectangle::Rectangle;
 use crate::relief::Relief;
 
 /// Thickness of the plate under a relief: no sensor file says it, m.
@@ -57,36 +57,15 @@ impl Array {
     }
 }
 
-/// A frame of `height` round `inner`, open above and below.
-pub(crate) fn frame(inner: &Rectangle, height: f64) -> Relief {
-    let along = |axis: usize| {
-        let (low, high) = (inner.low[axis], inner.high[axis]);
-        vec![low - WALL, low, high, high + WALL]
-    };
-    let inside = |point: [f64; 2]| {
-        (0..2).all(|axis| (inner.low[axis]..inner.high[axis]).contains(&point[axis]))
-    };
-    Relief::of_cells(
-        along(0),
-        along(1),
-        |at| if inside(at) { 0.0 } else { height },
-    )
+/// A rectangle with a wall round it.
+pub(crate) fn walled(inner: &Rectangle) -> Rectangle {
+    Rectangle {
+        low: inner.low.map(|coordinate| coordinate - WALL),
+        high: inner.high.map(|coordinate| coordinate + WALL),
+    }
 }
 
-/// A plate over `field` with level figures on it or in it: `height` of a point, m, constant
-/// between the edges of `figures`.
-pub(crate) fn plate(
-    field: &Rectangle,
-    figures: &[Rectangle],
-    height: impl Fn([f64; 2]) -> f64,
-) -> Relief {
-    let along = |axis: usize| {
-        let edges = figures.iter().chain([field]);
-        lines(
-            edges
-                .flat_map(|figure| [figure.low[axis], figure.high[axis]])
-                .collect(),
-        )
-    };
-    Relief::of_cells(along(0), along(1), height)
+/// A frame of `height` round `inner`, open above and below.
+pub(crate) fn frame(inner: &Rectangle, height: f64) -> Relief {
+    Relief::level(&walled(inner), height, &[(&[*inner], 0.0)])
 }

@@ -2,11 +2,12 @@
 
 use taxel::sensor::InPlaneCapacitor;
 
-use super::array::{Array, FLOOR, WALL, own_choice, plate};
+use super::array::{Array, FLOOR, own_choice, walled};
 use super::parts::Parts;
 use crate::bill::Layer;
 use crate::mask::{Mask, Mould};
 use crate::rectangle::Rectangle;
+use crate::relief::Relief;
 
 pub(crate) fn parts(array: &Array, element: &InPlaneCapacitor) -> Parts {
     let (layer, electrodes) = (&element.layer, &element.electrodes);
@@ -95,23 +96,11 @@ fn tray(element: &InPlaneCapacitor, bars: &[Rectangle], bodies: &[Rectangle]) ->
         bounds(|body| body.low, f64::min),
         bounds(|body| body.high, f64::max),
     );
-    let outside = Rectangle {
-        low: low.map(|coordinate| coordinate - WALL),
-        high: high.map(|coordinate| coordinate + WALL),
-    };
-    let inside = |figure: &Rectangle, at: [f64; 2]| {
-        (0..2).all(|axis| (figure.low[axis]..figure.high[axis]).contains(&at[axis]))
-    };
-    let figures: Vec<Rectangle> = bars.iter().chain(bodies).copied().collect();
-    let relief = plate(&outside, &figures, |at| {
-        if bars.iter().any(|bar| inside(bar, at)) {
-            FLOOR + electrodes.thickness
-        } else if bodies.iter().any(|body| inside(body, at)) {
-            FLOOR
-        } else {
-            FLOOR + deep
-        }
-    });
+    let relief = Relief::level(
+        &walled(&Rectangle { low, high }),
+        FLOOR + deep,
+        &[(bodies, FLOOR), (bars, FLOOR + electrodes.thickness)],
+    );
     Mould {
         name: "mould-tray",
         about: "tray for the layer up to the electrodes, cast upside down, with the ridges of the electrodes".into(),

@@ -3,11 +3,12 @@
 use taxel::mechanics::SectionShape;
 use taxel::sensor::{LayerDescription, Microchannel};
 
-use super::array::{Array, FLOOR, WALL, frame, own_choice, plate};
+use super::array::{Array, FLOOR, frame, own_choice, walled};
 use super::parts::Parts;
 use crate::bill::Layer;
 use crate::mask::{Mask, Mould};
 use crate::rectangle::Rectangle;
+use crate::relief::Relief;
 
 pub(crate) fn parts(array: &Array, element: &Microchannel) -> Parts {
     let field = array.field();
@@ -93,17 +94,7 @@ fn master(
     channels: &[Rectangle],
     height: f64,
 ) -> Mould {
-    let outside = Rectangle {
-        low: field.low.map(|coordinate| coordinate - WALL),
-        high: field.high.map(|coordinate| coordinate + WALL),
-    };
-    let inside = |figure: &Rectangle, at: [f64; 2]| {
-        (0..2).all(|axis| (figure.low[axis]..figure.high[axis]).contains(&at[axis]))
-    };
-    let relief = plate(&outside, channels, |at| {
-        let ridge = channels.iter().any(|channel| inside(channel, at));
-        if ridge { FLOOR + height } else { FLOOR }
-    });
+    let relief = Relief::level(&walled(field), FLOOR, &[(channels, FLOOR + height)]);
     Mould {
         name,
         about: format!("master: {about}"),

@@ -81,17 +81,19 @@ export class ConditionView {
     this.draw();
   }
 
-  /** One line when something is wrong; empty when nothing is. */
+  /** One line when something is wrong, with the name of a single channel; empty when nothing is. */
   brief(): string {
     const { wrong, wrong_channels: count } = this.health;
     if (count === 0) return "";
     const kinds = [...new Set(wrong.map(({ condition }) => condition))].join(", ");
-    return `${count} ${count === 1 ? "channel" : "channels"} ${kinds}`;
+    return `${count === 1 ? (wrong[0]?.name ?? "1 channel") : `${count} channels`} ${kinds}`;
   }
 
   /** What is against a taxel, in words. */
   wordsOf(taxel: number): string[] {
-    const words = (this.against.get(taxel) ?? []).map(({ name, reason }) => `${name}: ${reason}`);
+    const alike = new Map<string, string[]>();
+    for (const { name, reason } of this.against.get(taxel) ?? []) alike.set(reason, [...(alike.get(reason) ?? []), name]);
+    const words = [...alike].map(([reason, names]) => `${names.join(", ")}: ${reason}`);
     const swapped = this.health.swapped.find((unit) => unit.taxel === taxel);
     if (swapped !== undefined) {
       words.unshift(`changed places: ${swapped.pairs.map((pair) => pair.join(" and ")).join(", or ")}`);

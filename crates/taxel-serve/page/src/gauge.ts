@@ -3,7 +3,7 @@
 import { create, setText } from "./dom";
 import { NONE } from "./format";
 import type { Frame, Hello } from "./protocol";
-import { Scale } from "./scale";
+import { roundUp, Scale } from "./scale";
 import type { Quantities } from "./units";
 import { certain } from "./units";
 
@@ -11,7 +11,8 @@ const SVG = "http://www.w3.org/2000/svg";
 /** The arc goes from this angle to its mirror image, rad from the top. */
 const END = 2.2;
 const RADIUS = 80;
-const STEPS = 5;
+/** Most steps between marks, which stand at round numbers. */
+const STEPS = 6;
 /** The shown interval: 95 % of a normal distribution, deviations. */
 const WITHIN_95 = 1.96;
 
@@ -39,7 +40,7 @@ export class Gauge {
   private readonly hello: Hello;
   private readonly quantities: Quantities;
   private readonly scale: Scale;
-  private readonly marks: SVGElement[] = [];
+  private readonly marks = shape("g", {});
   private readonly value = shape("path", { class: "gauge-value" });
   private readonly interval = shape("path", { class: "gauge-interval" });
   private readonly needle = shape("path", { class: "gauge-needle" });
@@ -54,18 +55,24 @@ export class Gauge {
     this.quantities = quantities;
     this.scale = new Scale(hello.signed && hello.components === 1 ? "symmetric" : "positive", hello.full_scale ?? 1e-18);
     this.image = shape("svg", { viewBox: "0 0 200 165", class: "gauge", role: "img", "data-testid": "gauge" });
-    this.image.append(shape("path", { class: "gauge-track", d: arc(0, 1) }), this.value, this.interval, this.needle, this.figure, this.unit);
-    for (let step = 0; step <= STEPS; step++) {
-      const [x, y] = point(step / STEPS, RADIUS - 24);
-      const text = shape("text", { x, y: y + 3, class: "gauge-mark" });
-      this.marks.push(text);
-      const [[x1, y1], [x2, y2]] = [point(step / STEPS, RADIUS - 8), point(step / STEPS, RADIUS - 5)];
-      this.image.append(text, shape("line", { x1, y1, x2, y2, class: "gauge-tick" }));
-    }
+    this.image.append(shape("path", { class: "gauge-track", d: arc(0, 1) }), this.value, this.interval, this.needle, this.figure, this.unit, this.marks);
     this.root = create("div", { class: "frame gauge-frame" }, this.image, this.words);
   }
 
-  draw(frame: Frame, now: number): void {
+  private drawMarks(low: number, high: number, per: number): void {
+    this.marks.replaceChildren();
+    const step = roundUp((high - low) / STEPS);
+    for (let number = Math.ceil(low / step - 1e-9); number * step <= high * (1 + 1e-9); number++) {
+      const share = (number * step - low) / (high - low);
+      const [[x, y], [x1, y1], [x2, y2]] = [point(share, RADIUS - 24), point(share, RADIUS - 8), point(share, RADIUS - 5)];
+      const text = shape("text", { x, y: y + 3, class: "gauge-mark" });
+      text.textContent = String(Number(((number * step) / per).toPrecision(3))).replace("-", "\u2212");
+      this.marks.append(text, shape("line", { x1, y1, x2, y2, class: "gauge-tick" }));
+    }
+  }
+
+  /** Draws a frame; `read` is true where the numbers that people read change, too. */
+  draw(frame: Frame, now: number, read: boolean): void {
     const { components, full_scale: fullScale, states } = this.hello;
     const [value, deviation] = [frame.value, frame.deviation].map((of) => of[components - 1] as number) as [number, number];
     const known = frame.header.zeroKnown && Number.isFinite(value) && frame.header.totalCertainty !== "unknown";
@@ -74,9 +81,7 @@ export class Gauge {
     const { per, symbol } = this.quantities.value.at(high);
     if (high !== this.drawnHigh) {
       this.drawnHigh = high;
-      this.marks.forEach((mark, step) => {
-        mark.textContent = String(Number(((low + ((high - low) * step) / STEPS) / per).toPrecision(3))).replace("-", "\u2212");
-      });
+      this.drawMarks(low, high, per);
     }
     const share = (at: number): number => Math.min(1, Math.max(0, (at - low) / (high - low)));
     const bound = frame.header.totalCertainty === "at_least";
@@ -90,6 +95,7 @@ export class Gauge {
     this.interval.classList.toggle("open", bound);
     const [[x1, y1], [x2, y2]] = [point(at, RADIUS - 10), point(at, RADIUS + 10)];
     this.needle.setAttribute("d", known ? `M ${x1} ${y1} L ${x2} ${y2}` : "");
+    if (!read) return;
     const state = states[frame.state[0] as number] ?? "";
     const words = known ? certain(this.quantities.value.text(value, bound ? Number.NaN : deviation, high), frame.header.totalCertainty) : frame.header.zeroKnown ? "not known" : "no zero yet";
     const full = fullScale === null ? "" : `; full scale ${this.quantities.value.text(fullScale)}`;

@@ -287,7 +287,8 @@ function draw(): void {
   if (hello === null || views === null || shown === null) return;
   const frame = shown;
   const selected = hovered ?? pinned;
-  views.skin?.draw({ frame, selected, theme: theme.theme, now });
+  const read = now - textDrawnAt > TEXT_PERIOD;
+  views.skin?.draw({ frame, selected, theme: theme.theme, now }, read);
   hooks.drawn += 1;
   if (frame === newest) hooks.onDrawn?.(frame.header, hooks.lastFrameAt);
   if (!paused && now - stripDrawnAt > STRIP_PERIOD) {
@@ -295,7 +296,7 @@ function draw(): void {
     views.time.draw(now, link === "live");
   }
   views.table.draw(frame, now);
-  if (now - textDrawnAt <= TEXT_PERIOD) return;
+  if (!read) return;
   textDrawnAt = now;
   const { rows, columns } = hello;
   const device = hello;

@@ -75,7 +75,8 @@ export class NowView {
     setText(this.label, { force: three ? "Total force, pressing" : "Total force", sum: "Sum of values", peak: "Largest value", channels: "" }[this.subject]);
     if (this.subject === "peak") setText(this.label, `Largest ${named(hello.value.quantity).toLowerCase()}`);
     this.root.append(this.barsOf(three ? AXES : ["z"], signed));
-    if (three) this.fact("Moment", "moment", AXES);
+    // Of one taxel nothing is known of where in it the force acts.
+    if (three && hello.rows * hello.columns > 1) this.fact("Moment", "moment", AXES);
     if (hello.wiring.kind !== "shared" && hello.rows * hello.columns > 1 && this.subject !== "peak") this.fact("Centre of pressure", "centre", ["x", "y"]);
     else if (hello.wiring.kind === "shared") this.fact("Position", "centre", ["x", "y"]);
   }

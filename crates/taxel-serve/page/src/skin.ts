@@ -68,9 +68,10 @@ export class SkinView {
     this.show();
   }
 
-  draw(scene: Scene): void {
+  /** Draws a frame; `read` is true where the numbers that people read change, too. */
+  draw(scene: Scene, read: boolean): void {
     if (this.gauge !== null) {
-      this.gauge.draw(scene.frame, scene.now);
+      this.gauge.draw(scene.frame, scene.now, read);
       return;
     }
     this.panel.draw(scene);

@@ -1,4 +1,4 @@
-// Seven devices in their states, for the proof of the layout: what `taxel live` is started with, and when to look.
+// Nine devices in their states, for the proof of the layout: what `taxel live` is started with, and when to look.
 
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -109,5 +109,7 @@ export const DEVICES = [
   simulated("piezo-sleeve", { finger: ["-2 mm", "2 mm", "1.5 mm"], touched: "0.4 N", overloaded: "40 N" }, sleeve),
   lattice,
   simulated("resistive-mat-8x8", { probe: [2, 5], touched: "5 N", overloaded: "80 N" }),
+  simulated("pressure-chips-1x8", { finger: ["4 mm", "0 mm", "6 mm"], touched: "0.4 N", overloaded: "20 N" }),
+  simulated("magnet-over-four-hall", { probe: [0, 0], touched: "0.6 N", overloaded: "8 N" }),
   pads,
 ];

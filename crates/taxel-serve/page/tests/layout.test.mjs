@@ -1,5 +1,5 @@
 // The layout, measured: no text is cut, nothing overlaps, words have a contrast of 4.5, targets 44 px on a phone.
-// Seven devices, four sizes, light, dark and forced colours.
+// Nine devices, four sizes, light, dark and forced colours.
 //
 //   npm run test:layout                 each device when it is touched: the short form of the gate
 //   ALL=1 npm run test:layout           in all states: at rest, touched, overloaded, with a fault, link lost, ended

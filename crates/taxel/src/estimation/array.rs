@@ -504,7 +504,17 @@ impl ArrayEstimator {
         let touch = &mut self.touch;
         let meaning = self.reader.meaning();
         let pulls = meaning.pulls();
+        let touched: f64 = touch.contacts.iter().map(|contact| contact.force[2]).sum();
+        let spread = self.reader.spreads_loads() && touched > 0.0;
+        let [total, variance] = [touch.total.force[2], touch.total_covariance[2][2]];
         for contact in &mut touch.contacts {
+            if spread && total > touched {
+                // What a cover carries to cells that are not touched belongs to the contacts.
+                let share = contact.force[2] / touched;
+                contact.noise *= total / touched;
+                contact.force[2] = share * total;
+                contact.force_covariance[2][2] = share * variance;
+            }
             contact.say_no_more(meaning.components, pulls);
         }
         let unknown = |contact: &&Contact| contact.certainty == Certainty::Unknown;

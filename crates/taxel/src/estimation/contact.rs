@@ -193,11 +193,17 @@ impl Gathering {
         }
     }
 
-    /// A neighbour that is not touched may carry anything between nothing and
-    /// its threshold.
+    /// A neighbour that is not touched carries what it reads, which the centre leaves out; without a
+    /// reading anything between nothing and its threshold.
     pub(super) fn add_neighbour(&mut self, cell: &Cell) {
         let offset = self.offset(cell);
-        self.add_noise(cell.threshold * cell.threshold / 12.0, offset);
+        let read = cell.weight.powi(2) + cell.deviation.powi(2);
+        let square = if read.is_nan() {
+            cell.threshold.powi(2) / 12.0
+        } else {
+            read
+        };
+        self.add_noise(square, offset);
     }
 
     fn offset(&self, cell: &Cell) -> [f64; 2] {

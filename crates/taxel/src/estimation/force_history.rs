@@ -164,6 +164,22 @@ impl Line {
         self.lasting += (spread.lasting() - self.lasting) / self.count;
     }
 
+    /// Variance of what a change from an earlier force is not known by that lasts: all of it but what grows
+    /// with the force, such as a gain, is the same before and after. If both forces have a² of the one and
+    /// g²F² of the other, g²(F₂ - F₁)² is left.
+    fn lasting_since(&self, before: &Self) -> f64 {
+        let squares = self.lasting.powi(2) - before.lasting.powi(2);
+        let share = (self.force - before.force) / (self.force + before.force);
+        let least = (self.lasting - before.lasting).powi(2);
+        // Of forces to both sides of none a share is not known; nor can less be left than the deviations
+        // differ by.
+        if share.abs() <= 1.0 {
+            (squares * share).max(least)
+        } else {
+            least
+        }
+    }
+
     /// Change along the line over `time`, s.
     fn change(&self, time: f64) -> f64 {
         if self.times > 0.0 {
@@ -503,9 +519,7 @@ impl ForceHistory {
         let (before, now) = (self.held.unwrap_or_default(), self.plateau);
         (self.held, self.before) = (Some(now), Some((point.time, now)));
         let change = now.late.force - before.late.force;
-        // What lasts is the same before and after, but for what grows with the force.
-        let lasting = now.late.lasting - before.late.lasting;
-        let mut variance = now.late.variance(now.since) + lasting * lasting;
+        let mut variance = now.late.variance(now.since) + now.late.lasting_since(&before.late);
         if before.late.count > 0.0 {
             variance += before.late.variance(before.since);
         }

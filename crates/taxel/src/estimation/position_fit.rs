@@ -2,6 +2,7 @@
 //! weighed by how well each explains the forces on the elements.
 
 use rayon::prelude::*;
+use taxel_ground::work::Parts;
 
 use super::localisation::{ContactPosition, Method, ProfileModel, flat_position, holding_95, peak};
 
@@ -101,8 +102,13 @@ impl ProfileFit {
         if model.rows * model.columns < 3 || model.radii.is_empty() {
             return None;
         }
-        let radii = model.radii.par_iter();
-        let shares: Vec<Vec<f64>> = radii.map(|a| table(&model, *a)).collect();
+        let parts = Parts::new("profiles of the cover", model.radii.len() as u64);
+        let of_radius = |radius: &f64| {
+            let table = table(&model, *radius);
+            parts.done(1);
+            table
+        };
+        let shares: Vec<Vec<f64>> = model.radii.par_iter().map(of_radius).collect();
         let log = |share: &f64| share.max(LEAST_SHARE).ln();
         let logs = shares.iter().map(|one| one.iter().map(log).collect());
         Some(Self {

@@ -365,6 +365,12 @@ pub trait Reader: Any + Send {
         None
     }
 
+    /// True if a load reaches cells around it, so that contacts have a part in what cells that are not
+    /// touched read; default false.
+    fn spreads_loads(&self) -> bool {
+        false
+    }
+
     /// How much a total force says that is no sum of taxels.
     fn total_certainty(&self) -> Certainty {
         Certainty::Exact

@@ -420,13 +420,8 @@ impl Watched {
         let Begun { at, middle } = self.begun.take()?;
         let (direction, [speed, deviation]) = at.moved_to(&here)?.along()?;
         // A speed that changes meanwhile is not known better than it changes.
-        let along =
-            |moved: Moved| moved.velocity[0] * direction[0] + moved.velocity[1] * direction[1];
-        let change = middle.and_then(|middle| {
-            let [early, late] = [at.moved_to(&middle)?, middle.moved_to(&here)?].map(along);
-            Some((late - early) / 12_f64.sqrt())
-        });
-        let deviation = deviation.hypot(change.unwrap_or(speed));
+        let change = middle.and_then(|middle| at.change(&middle, &here, direction));
+        let deviation = (deviation * deviation + change.unwrap_or(speed * speed)).sqrt();
         let kind = TouchEventKind::Slip {
             direction,
             score: None,
@@ -482,6 +477,21 @@ impl Anchor {
         }
     }
 
+    /// By how much the speed along `direction` changes on the way over `middle` to `end`, as the variance of
+    /// a speed that grows evenly, (m/s)²: less that of the positions, which alone make one.
+    fn change(&self, middle: &Self, end: &Self, direction: [f64; 2]) -> Option<f64> {
+        let [early, late] = [self.moved_to(middle)?, middle.moved_to(end)?];
+        let [from, to] = [early, late]
+            .map(|moved| moved.velocity[0] * direction[0] + moved.velocity[1] * direction[1]);
+        let times = [(self, middle), (middle, end)]
+            .map(|(from, to)| to.time_ns.saturating_sub(from.time_ns) as f64 * 1e-9);
+        let of = |covariance: &Matrix| along(direction, covariance);
+        // The middle is in both.
+        let shared = of(&middle.covariance) / (times[0] * times[1]);
+        let by_positions = of(&early.covariance) + of(&late.covariance) + 2.0 * shared;
+        Some((((to - from).powi(2) - by_positions) / 12.0).max(0.0))
+    }
+
     /// The movement from here to a later position; none without a time between.
     fn moved_to(&self, later: &Self) -> Option<Moved> {
         let seconds = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
@@ -505,12 +515,17 @@ impl Moved {
             return None;
         }
         let direction = [x / speed, y / speed];
-        let variance: f64 = (0..2)
-            .flat_map(|i| (0..2).map(move |j| (i, j)))
-            .map(|(i, j)| direction[i] * self.covariance[i][j] * direction[j])
-            .sum();
+        let variance = along(direction, &self.covariance);
         Some((direction, [speed, variance.sqrt()]))
     }
+}
+
+/// Variance along a direction.
+fn along(direction: [f64; 2], covariance: &Matrix) -> f64 {
+    (0..2)
+        .flat_map(|i| (0..2).map(move |j| (i, j)))
+        .map(|(i, j)| direction[i] * covariance[i][j] * direction[j])
+        .sum()
 }
 
 /// The event of a course of forces some of which may be bounds: a peak is then a least one, and the

@@ -444,6 +444,7 @@ impl BodyArray {
             return Some(OneBody {
                 force: 0.0,
                 deviation: f64::NAN,
+                by_noise: f64::NAN,
                 state: CellState::Ambiguous,
                 misfit: 0.0,
             });
@@ -457,8 +458,9 @@ impl BodyArray {
         let made = self.by_make(taxel, best, &weights, &covariance);
         let of_table = known.table.file().certificate.deviations[0];
         let force = best.unknowns[0] * known.full_scale;
-        let by_noise = covariance[0].sqrt() * known.full_scale;
-        let deviation = by_noise
+        let by_noise = best.by_noise(&covariance, &weights, noise) * known.full_scale;
+        let by_readings = covariance[0].sqrt() * known.full_scale;
+        let deviation = by_readings
             .hypot(made)
             .hypot(of_table * self.bodies[taxel].stiffness);
         let freedom = used as f64 - 1.0;
@@ -480,7 +482,7 @@ impl BodyArray {
         let outside = |value: &f64| value.abs() > 3.0_f64.sqrt();
         let state = if misfit > CONTRADICTS {
             CellState::Inconsistent
-        } else if ambiguous || by_noise > known.full_scale {
+        } else if ambiguous || by_readings > known.full_scale {
             CellState::Ambiguous
         } else if depth > known.end() || best.unknowns[1..].iter().any(outside) {
             CellState::Beyond
@@ -490,6 +492,7 @@ impl BodyArray {
         Some(OneBody {
             force,
             deviation,
+            by_noise,
             state,
             misfit,
         })
@@ -527,6 +530,8 @@ impl BodyArray {
 struct OneBody {
     force: f64,
     deviation: f64,
+    /// The part of it by the noise of the readings of the frame.
+    by_noise: f64,
     state: CellState,
     misfit: f64,
 }
@@ -774,6 +779,7 @@ impl Network for BodyArray {
         let none = OneBody {
             force: f64::NAN,
             deviation: f64::NAN,
+            by_noise: f64::NAN,
             state: CellState::Inconsistent,
             misfit: 0.0,
         };
@@ -783,6 +789,7 @@ impl Network for BodyArray {
         found.converged = true;
         found.values = bodies.iter().map(|body| body.force).collect();
         found.deviations = bodies.iter().map(|body| body.deviation).collect();
+        found.by_noise = bodies.iter().map(|body| body.by_noise).collect();
         found.states = bodies.iter().map(|body| body.state).collect();
         found.misfits = bodies.iter().map(|body| body.misfit).collect();
     }

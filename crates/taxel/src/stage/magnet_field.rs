@@ -390,21 +390,25 @@ impl MagnetArray {
         }
     }
 
-    /// Covariance of the forces at the end of a search, and with it all that is said of them.
+    /// Covariance of the forces at the end of a search, and with it all that is said of them; `noise` is that of
+    /// the readings of the frame.
     fn judge(
         &self,
-        unknowns: &[f64],
-        factor: &[Vec<f64>],
+        ended: &Found,
+        (weights, noise): (&[f64], &[f64]),
         squares: &[[f64; 2]],
         found: &mut Inverted,
     ) {
         let count = self.forces();
+        let unknowns = &ended.unknowns;
+        found.by_noise.clear();
         let covariance: Vec<Vec<f64>> = (0..count)
             .map(|column| {
                 let unit: Vec<f64> = (0..unknowns.len())
                     .map(|row| if row == column { self.full_scale } else { 0.0 })
                     .collect();
-                let solved = cholesky_solve(factor, &unit);
+                let solved = cholesky_solve(&ended.factor, &unit);
+                found.by_noise.push(ended.by_noise(&solved, weights, noise));
                 solved[..count]
                     .iter()
                     .map(|value| value * self.full_scale)
@@ -790,7 +794,7 @@ impl Network for MagnetArray {
         found.converged = ended.is_some();
         if let Some(ended) = ended {
             let squares = self.squares(&ended.unknowns, &ended.residuals, &weights);
-            self.judge(&ended.unknowns, &ended.factor, &squares, found);
+            self.judge(&ended, (&weights, noise), &squares, found);
         }
     }
 }

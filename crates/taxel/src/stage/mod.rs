@@ -350,6 +350,8 @@ pub struct Inverted {
     pub values: Vec<f64>,
     /// Standard deviation of each, SI.
     pub deviations: Vec<f64>,
+    /// The part of it by the noise of the signals of this frame, SI; empty where that is all of it.
+    pub by_noise: Vec<f64>,
     /// Part of each independent signal's noise in each value, a row for each value; empty where
     /// the errors of the values are independent.
     pub spread: Vec<Vec<f64>>,

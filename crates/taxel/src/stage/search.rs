@@ -24,8 +24,24 @@ pub(super) struct Found {
     pub(super) factor: Vec<Vec<f64>>,
     /// Residuals over their deviations.
     pub(super) residuals: Vec<f64>,
+    /// Slopes of the readings there, a row for each.
+    pub(super) slopes: Vec<Vec<f64>>,
     /// Sum of all squares, those of the unknowns that are known beforehand included.
     pub(super) square: f64,
+}
+
+impl Found {
+    /// Deviation of the unknown that has the `row` of the covariance, by the `noise` of the first readings alone:
+    /// what is known beforehand, and what lasts from frame to frame, is not in it.
+    pub(super) fn by_noise(&self, row: &[f64], weights: &[f64], noise: &[f64]) -> f64 {
+        let each = self.slopes.iter().zip(weights).zip(noise);
+        let used = each.filter(|((_, weight), _)| **weight > 0.0);
+        let squares = used.map(|((slopes, weight), noise)| {
+            let along: f64 = slopes.iter().zip(row).map(|(a, b)| a * b).sum();
+            (weight * weight * noise * along).powi(2)
+        });
+        squares.sum::<f64>().sqrt()
+    }
 }
 
 /// Newton's method by Gauss from `start` on; a step that makes it worse is halved. The first unknowns
@@ -49,6 +65,7 @@ pub(super) fn search(
                 unknowns,
                 factor,
                 residuals,
+                slopes: here.slopes,
                 square,
             });
         }

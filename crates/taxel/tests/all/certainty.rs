@@ -54,7 +54,7 @@ struct Device {
 
 const MOMENTS: [Moment; 3] = [Moment::Before, Moment::Held, Moment::After];
 
-const DEVICES: [Device; 6] = [
+const DEVICES: [Device; 8] = [
     Device {
         sensor: "three-axis-8x8",
         taxel: [4, 4],
@@ -93,6 +93,22 @@ const DEVICES: [Device; 6] = [
         force: "5 N",
         channel: 27,
         alone: true,
+        moments: &MOMENTS,
+    },
+    Device {
+        sensor: "pressure-chips-1x8",
+        taxel: [0, 4],
+        force: "0.4 N",
+        channel: 4,
+        alone: true,
+        moments: &MOMENTS,
+    },
+    Device {
+        sensor: "magnet-over-four-hall",
+        taxel: [0, 0],
+        force: "0.5 N",
+        channel: 2,
+        alone: false,
         moments: &MOMENTS,
     },
     // A thousand frames a second: the moment that matters alone.

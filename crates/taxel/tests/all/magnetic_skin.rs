@@ -536,6 +536,32 @@ fn the_twin_pushes_and_the_reader_follows() {
 }
 
 #[test]
+fn a_taxel_with_too_few_readings_has_no_value() {
+    let sensor = parse(shipped());
+    let script = Stimulus::parse("push", Stimulus::shipped_text("push").unwrap()).unwrap();
+    let mut twin = Twin::new(&sensor, &script, 1).unwrap();
+    let mut session = sensor.device().unwrap().session(&twin.stream()).unwrap();
+    session.begin_rest_capture(50);
+    for number in 0..200 {
+        let Delivery::Frame(mut frame) = twin.next_delivery() else {
+            continue;
+        };
+        if number > 100 {
+            // Two readings for three forces.
+            frame.values[2..].fill(f64::NAN);
+        }
+        session.push(&frame).unwrap();
+    }
+    let taxel = &session.estimator().touch().taxels[0];
+    assert_eq!(taxel.state, State::Faulty);
+    assert!(
+        taxel.value.iter().all(|force| force.is_nan()),
+        "{:?}",
+        taxel.value
+    );
+}
+
+#[test]
 fn a_compliance_says_the_same_as_springs() {
     let (head, rest) = shipped().split_once("stiffness = [").unwrap();
     let (_, rest) = rest

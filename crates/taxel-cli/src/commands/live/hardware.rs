@@ -76,6 +76,10 @@ pub(super) fn capture_session(
             fitted.board.name,
         )));
     }
+    let options = PumpOptions {
+        expected: Some(survey.frames),
+        ..options
+    };
     fitted.session(source, Some(&survey.noise), options, arguments)
 }
 

@@ -16,7 +16,7 @@ const WAITING: usize = 256;
 
 /// Touch of the frames of a file, one after the other.
 struct Touches {
-    reader: taxel_recording::mcap::McapReader<std::io::BufReader<std::fs::File>>,
+    reader: super::Reader,
 }
 
 impl Touches {

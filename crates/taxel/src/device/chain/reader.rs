@@ -339,7 +339,9 @@ impl ChainReader {
         if self.is_independent() {
             return ([load, by_noise], state);
         }
-        self.by_noise[cell] = by_noise;
+        // What the network knows of its make stays the same from frame to frame.
+        let of_frame = self.found.by_noise.get(cell);
+        self.by_noise[cell] = of_frame.map_or(by_noise, |of_frame| gain * of_frame);
         (self.weights[cell], self.own[cell]) = (0.0, 0.0);
         if state == State::Ok {
             self.own[cell] = gain * gain * self.variance_as_made(cell, estimate.load);
@@ -363,13 +365,16 @@ impl ChainReader {
                 None if self.chain.masked[taxel] => ChannelState::Masked,
                 None => ChannelState::Ok,
             };
-            let ([load, deviation], mut state) = self.load(cell, reading, elapsed);
+            let ([mut load, mut deviation], mut state) = self.load(cell, reading, elapsed);
             match channel {
                 Some(channel) if state == State::Faulty && reading.usable() => {
                     channels.states[channel] = ChannelState::Faulty;
                 }
-                // Too few of its readings are there to tell.
-                None if state == State::Ambiguous => state = self.missing(taxel, channels),
+                // Too few of its readings are there to tell: what is expected of any load is no value.
+                None if state == State::Ambiguous => {
+                    state = self.missing(taxel, channels);
+                    (load, deviation) = (f64::NAN, f64::NAN);
+                }
                 _ => {}
             }
             let (_, axis) = self.chain.of_cell(cell);
@@ -517,6 +522,10 @@ impl Reader for ChainReader {
         let as_made = self.own.iter().sum::<f64>()
             + self.shared.iter().map(|off| 0.5 * off * off).sum::<f64>();
         Some(by_noise + as_made + (self.sampling * sum).powi(2))
+    }
+
+    fn spreads_loads(&self) -> bool {
+        self.sampling > 0.0
     }
 
     fn by_noise(&self, taxel: usize) -> Option<f64> {
