@@ -55,7 +55,7 @@ fn the_summary_names_files_and_what_is_not_drawn() {
     assert_eq!(layers.lines().count(), 5, "{layers}");
     // The deviation of the gap stands beside it, and the files carry the sensor file's hash.
     let drawing = fs::read_to_string(format!("{target}/drawing.svg")).unwrap();
-    assert!(drawing.contains("D 50 um, σ 1 um"), "{drawing}");
+    assert!(drawing.contains("D 50 µm, σ 1 µm"), "{drawing}");
     let dxf = fs::read_to_string(format!("{target}/masks.dxf")).unwrap();
     assert!(dxf.contains("sensor file sha256"));
 
