@@ -290,6 +290,11 @@ fn no_table(key: &str, named: bool) -> Result<(), Broken> {
 }
 
 impl Solvable for BodyElement {
+    fn check_lengths(&self, _array: &ArrayDescription) -> Result<(), Broken> {
+        // The lengths of a body are those of its mesh.
+        Ok(())
+    }
+
     fn solve(
         &mut self,
         _array: &ArrayDescription,

@@ -5,7 +5,7 @@
 //! in which a made skin differs from its drawing, each with what is known of it beforehand. The intervals
 //! have all of them in it, and what none of them explains is a disturbance.
 
-use super::search::{Model, misfit, search, weight};
+use super::search::{Found, Model, misfit, search, weight};
 use super::{CellQuantity, CellState, ChainPart, Inverted, Network, PartError, PartParameter};
 use crate::drawing::{DimensionLine, Label, Part, Shape, View};
 use crate::electronics::NUMBER;
