@@ -20,6 +20,8 @@ const CANDIDATES: u32 = 64;
 /// Fresh points: if all keep to the tolerance, at least 95 % of the box does with a confidence of
 /// 95 %, because 0.95⁵⁹ < 0.05.
 const FRESH: usize = 59;
+/// Share of the box that may be beyond the tolerance, and the chance that a table with more of it is taken.
+const BEYOND: f64 = 0.05;
 /// Seeds of the first points and of the fresh ones.
 const SEED: u64 = 52;
 const FRESH_SEED: u64 = 1052;
@@ -399,6 +401,19 @@ fn fill(
     Ok(())
 }
 
+/// How many fresh points decide in a round: the first 59, of which a table that is beyond its tolerance in 5 % of the
+/// box misses none with a chance of 0.95⁵⁹ < 5 %; a later one as many as keep all rounds together below 5 %, each with
+/// half of what is left of it.
+fn fresh_points(round: u64) -> usize {
+    let within = 1.0 - BEYOND;
+    let (mut left, mut count) = (BEYOND, FRESH);
+    for _ in 0..round {
+        left -= within.powi(count as i32);
+        count = ((0.5 * left).ln() / within.ln()).ceil() as usize;
+    }
+    count
+}
+
 /// What fresh points say of a table, and those over the unit cube that it misses.
 fn certify(
     table: &ResponseTable,
@@ -408,9 +423,9 @@ fn certify(
 ) -> Result<(Certificate, Vec<Vec<f64>>), PointEnd> {
     let file = table.file();
     let (dimensions, ranges) = (file.parameters.len(), ranges(file));
-    let seed = FRESH_SEED + round;
+    let (seed, count) = (FRESH_SEED + round, fresh_points(round));
     let uniform = |number: usize| (split_mix(seed, number as u64) >> 11) as f64 / 2.0_f64.powi(53);
-    let fresh: Vec<Vec<f64>> = (0..FRESH)
+    let fresh: Vec<Vec<f64>> = (0..count)
         .map(|point| {
             (0..dimensions)
                 .map(|along| uniform(point * dimensions + along))
@@ -426,10 +441,10 @@ fn certify(
         .collect();
     let outputs = 0..ranges.len();
     let of_output = |output: usize| errors.iter().map(move |error| error[output]);
-    let worst = (0..FRESH).max_by(|a, b| largest(&errors[*a]).total_cmp(&largest(&errors[*b])));
+    let worst = (0..count).max_by(|a, b| largest(&errors[*a]).total_cmp(&largest(&errors[*b])));
     let certificate = Certificate {
         tolerance,
-        points: FRESH,
+        points: count,
         seed,
         worst: outputs
             .clone()
@@ -439,11 +454,26 @@ fn certify(
         deviations: outputs
             .map(|output| {
                 let sum: f64 = of_output(output).map(|error| error * error).sum();
-                (sum / FRESH as f64).sqrt() * ranges[output]
+                (sum / count as f64).sqrt() * ranges[output]
             })
             .collect(),
     };
     let missed = fresh.into_iter().zip(&errors);
     let missed = missed.filter(|(_, error)| largest(error) > tolerance);
     Ok((certificate, missed.map(|(point, _)| point).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever the number of rounds, a table that is beyond its tolerance in 5 % of the box is taken with a chance
+    /// below 5 %.
+    #[test]
+    fn all_rounds_together_keep_the_confidence() {
+        assert_eq!([0, 1].map(fresh_points), [FRESH, 141]);
+        let chance = |round| (1.0 - BEYOND).powi(fresh_points(round) as i32);
+        let sum: f64 = (0..30).map(chance).sum();
+        assert!(sum < BEYOND, "{sum}");
+    }
 }
