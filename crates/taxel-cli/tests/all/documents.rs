@@ -52,6 +52,8 @@ fn predictions_of_the_guide_are_what_the_program_prints() {
         ("commands.md", "taxel predict", 5),
         ("magnetic-skin.md", "taxel check", 1),
         ("magnetic-skin.md", "taxel predict", 1),
+        ("body-sensor.md", "taxel check", 1),
+        ("body-sensor.md", "taxel predict", 1),
     ] {
         let page = fs::read_to_string(root.join("docs/book").join(page)).unwrap();
         let found = examples(&page, command);
