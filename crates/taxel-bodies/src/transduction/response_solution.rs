@@ -406,12 +406,12 @@ fn fill(
 /// half of what is left of it.
 fn fresh_points(round: u64) -> usize {
     let within = 1.0 - BEYOND;
-    let (mut left, mut count) = (BEYOND, FRESH);
+    let (mut left, mut count) = (BEYOND, FRESH as f64);
     for _ in 0..round {
-        left -= within.powi(count as i32);
-        count = ((0.5 * left).ln() / within.ln()).ceil() as usize;
+        left -= within.powf(count);
+        count = ((0.5 * left).ln() / within.ln()).ceil();
     }
-    count
+    count as usize
 }
 
 /// What fresh points say of a table, and those over the unit cube that it misses.
@@ -472,7 +472,7 @@ mod tests {
     #[test]
     fn all_rounds_together_keep_the_confidence() {
         assert_eq!([0, 1].map(fresh_points), [FRESH, 141]);
-        let chance = |round| (1.0 - BEYOND).powi(fresh_points(round) as i32);
+        let chance = |round| (1.0 - BEYOND).powf(fresh_points(round) as f64);
         let sum: f64 = (0..30).map(chance).sum();
         assert!(sum < BEYOND, "{sum}");
     }
