@@ -97,8 +97,12 @@ impl Sensor {
     /// half a minute for the mistake of an amplifier.
     fn check_board(&self) -> Result<(), Broken> {
         match &self.element {
-            Element::ThreeAxisCapacitor(_) => self.three_axis().map(|array| array.check_board()),
-            Element::InPlaneCapacitor(_) => self.in_plane().map(|array| array.check_board()),
+            Element::ThreeAxisCapacitor(_) => self
+                .three_axis()
+                .map(|array| check_instrument(self).and_then(|()| array.check_board())),
+            Element::InPlaneCapacitor(_) => self
+                .in_plane()
+                .map(|array| check_instrument(self).and_then(|()| array.check_board())),
             _ => Ok(Ok(())),
         }
         .unwrap_or_else(|unreadable| Err(of_unreadable(&unreadable)))

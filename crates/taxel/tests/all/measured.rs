@@ -509,7 +509,7 @@ fn mistakes_are_shown_at_their_key() {
             fine,
             ["0 fF", "100 fF"],
             "range",
-            ["204.02 fF", "outside"],
+            ["172.30 fF", "outside"],
         ),
         (
             "liquid-metal-2x4",
