@@ -103,7 +103,7 @@ fn check_draws_the_sensor() {
     let output = taxel(&["check", SENSOR, "--plot", path]);
     assert_eq!(output.status.code(), Some(0));
     let drawing = fs::read_to_string(path).unwrap();
-    for text in ["H 950 um", "S 550 um", "D 50 um", "b 1 mm"] {
+    for text in ["H 950 µm", "S 550 µm", "D 50 µm", "b 1 mm"] {
         assert!(drawing.contains(text), "{text}");
     }
 }

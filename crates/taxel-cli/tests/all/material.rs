@@ -463,9 +463,11 @@ fn mistakes_of_tests_are_answered_with_their_remedy() {
     let chosen = answer["chosen"].as_u64().unwrap() as usize;
     // The file has all digits of the law.
     assert!((number(&answer["candidates"][chosen]["shear_modulus_pa"]) / 100e3 - 1.0).abs() < 1e-9);
+    // Left in, slack makes a pull look soft: of 2.5 % by 18 % (the acceptance test of slack), of 2 % by less.
+    let answer = json(&["material", "fit", &known]);
+    let chosen = answer["chosen"].as_u64().unwrap() as usize;
     let with = number(&answer["candidates"][chosen]["modulus_with_slack_pa"]);
-    // Slack makes a pull look soft: of 1 % by a tenth.
-    assert!((75e3..85e3).contains(&with), "{with}");
+    assert!((81e3..95e3).contains(&with), "{with}");
     // True and engineering columns that contradict each other in a row.
     let both = (1..=30).fold(
         String::from("strain [1],stress [kPa],true stress [kPa]\n"),
