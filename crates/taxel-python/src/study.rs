@@ -42,7 +42,8 @@ type Carried = (Vec<f64>, String, String, Vec<(String, f64, String)>);
 fn carried(row: &Row) -> Carried {
     let answers = row.answers.iter().map(|outcome| match outcome {
         Outcome::Number(number) => ("number".into(), *number, String::new()),
-        Outcome::Word(word) => ("word".into(), f64::NAN, word.clone()),
+        // A word has no number; one that is not a number would not be equal to itself.
+        Outcome::Word(word) => ("word".into(), 0.0, word.clone()),
         Outcome::Outside(why) => ("outside".into(), f64::NAN, why.clone()),
         Outcome::Ended(why) => ("ended".into(), f64::NAN, why.clone()),
         Outcome::None => ("none".into(), f64::NAN, String::new()),

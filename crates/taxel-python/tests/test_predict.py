@@ -24,6 +24,7 @@ LOADS = {
     "measured_force": [("force_z", -1.0, 5.0)],
     "cells": [("force_z", 0.0, 5.0)],
     "magnetic_skin": [("force_x", -0.5, 0.5), ("force_y", -0.5, 0.5), ("force_z", 0.0, 2.0)],
+    "body": [("force_z", 0.0, 3.5)],
 }
 
 
