@@ -470,17 +470,12 @@ fn mistakes_of_tests_are_answered_with_their_remedy() {
     assert!((81e3..95e3).contains(&with), "{with}");
     // True and engineering columns that contradict each other in a row.
     let both = (1..=30).fold(
-        String::from("strain [1],stress [kPa],true stress [kPa]\n"),
+        String::from("strain [1],stress [kPa],true strain [1],true stress [kPa]\n"),
         |mut text, n| {
             let e = f64::from(n) / 30.0;
             let wrong = if n == 20 { 1.1 } else { 1.0 };
-            writeln!(
-                text,
-                "{e},{},{}",
-                neo(1.0 + e),
-                wrong * neo(1.0 + e) * (1.0 + e)
-            )
-            .unwrap();
+            let p = neo(1.0 + e);
+            writeln!(text, "{e},{p},{},{}", e.ln_1p(), wrong * p * (1.0 + e)).unwrap();
             text
         },
     );
