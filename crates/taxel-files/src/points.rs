@@ -70,10 +70,11 @@ fn point(line: &str) -> Option<(Vec<u64>, PointAnswer)> {
     if checksum != &sha256(body.as_bytes())[..CHECKSUM] {
         return None;
     }
-    if let Some((at, values)) = body.split_once(" = ") {
+    // Reasons may have any sign in them, numbers none.
+    let Some((at, end)) = body.split_once(" ! ") else {
+        let (at, values) = body.split_once(" = ")?;
         return Some((bits(&numbers(at)?), Ok(numbers(values)?)));
-    }
-    let (at, end) = body.split_once(" ! ")?;
+    };
     let (reached, reason) = end.split_once(' ')?;
     let end = PointEnd {
         reached: *numbers(reached)?.first()?,
