@@ -10,11 +10,12 @@ const LENGTHS: [f64; 2] = [0.05, 20.0];
 /// what an iteration leaves of a solution and below what anyone asks of a surface. A free one would take
 /// for noise what one variable bends by a little.
 const NUGGET: f64 = 1e-10;
-/// Rounds of the search over all lengths, each along one of them after the other.
-const SWEEPS: usize = 3;
-/// Steps of a search along one of them: they shorten the bracket of ln 400 to 0.02, a length known
-/// within 2 %, which moves the likelihood by less than any choice of points does.
+/// Most rounds of the search over all lengths: some ten settle them, and a round more costs little.
+const MOST_ROUNDS: usize = 30;
+/// Steps of a search along a line: they shorten its bracket of ln 400 to 0.02, lengths known within 2 %, which moves
+/// the likelihood by less than any choice of points does. A round that moves no length by more ends the search.
 const STEPS: usize = 12;
+const SETTLED: f64 = 0.02;
 
 /// Ordinary kriging of several outputs over the unit cube: a quadratic trend, and on what it leaves a
 /// Matérn kernel of order 5/2 with one length for each variable, the same for all outputs
@@ -23,16 +24,15 @@ const STEPS: usize = 12;
 /// # Example
 /// ```
 /// use taxel_numerics::Kriging;
-/// let points: Vec<Vec<f64>> = (0..25)
-///     .map(|i| vec![f64::from(i % 5) / 4.0, f64::from(i / 5) / 4.0])
+/// let points: Vec<Vec<f64>> = (0..81)
+///     .map(|i| vec![f64::from(i % 9) / 8.0, f64::from(i / 9) / 8.0])
 ///     .collect();
 /// let values: Vec<Vec<f64>> = points.iter().map(|x| vec![(2.0 * x[0]).sin() * x[1].exp()]).collect();
 /// let surface = Kriging::fit(&points, &values).unwrap();
 /// let mut answer = vec![[0.0; 5]];
 /// surface.at(&[0.3, 0.6], &mut answer);
 /// let error = answer[0][0] - 0.6_f64.sin() * 0.6_f64.exp();
-/// // Its range is e; a grid of five by five points knows it to half a per cent there.
-/// assert!(error.abs() < 5e-3 * 1_f64.exp(), "{error}");
+/// assert!(error.abs() < 2e-3, "{error}");
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kriging {
@@ -60,13 +60,29 @@ impl Kriging {
         // Natural logarithms.
         let mut at = vec![0.0; count];
         let left = residuals(points, values)?;
-        for _ in 0..SWEEPS {
-            for which in 0..count {
-                at[which] = least(LENGTHS.map(f64::ln), |value| {
-                    let mut tried = at.clone();
-                    tried[which] = value;
-                    unlikelihood(points, &left, &tried)
+        let ends = LENGTHS.map(f64::ln);
+        for _ in 0..MOST_ROUNDS {
+            let before = at.clone();
+            // All by one factor, because a smooth function leaves a ridge along it, then each by itself.
+            for which in std::iter::once(0..count).chain((0..count).map(|one| one..one + 1)) {
+                let moved = |by: f64| {
+                    let mut there = at.clone();
+                    there[which.clone()].iter_mut().for_each(|ln| *ln += by);
+                    there
+                };
+                let span = at[which.clone()].iter();
+                let [low, high] = [
+                    span.clone().copied().fold(f64::INFINITY, f64::min),
+                    span.copied().fold(f64::NEG_INFINITY, f64::max),
+                ];
+                let by = least([ends[0] - low, ends[1] - high], |by| {
+                    unlikelihood(points, &left, &moved(by))
                 });
+                at = moved(by);
+            }
+            let moves = at.iter().zip(&before).map(|(now, then)| (now - then).abs());
+            if moves.fold(0.0, f64::max) < SETTLED {
+                break;
             }
         }
         let lengths = at.iter().map(|ln| ln.exp()).collect();
@@ -324,8 +340,11 @@ mod tests {
         vec![bent, x[0] * x[1] - 0.5 * x[2]]
     }
 
-    fn surface(count: u32) -> Kriging {
-        let points: Rows = (0..count).map(|number| sobol(3, number, 7)).collect();
+    /// Through the corners of the cube and points within, as tables have them.
+    fn surface(count: usize) -> Kriging {
+        let side = |corner: usize, bit: usize| f64::from(u8::from(corner >> bit & 1 == 1));
+        let corners = (0..8).map(|corner| (0..3).map(|bit| side(corner, bit)).collect());
+        let points: Rows = corners.chain(sobol(3, count - 8, Some(7))).collect();
         let values: Rows = points.iter().map(|x| smooth(x)).collect();
         Kriging::fit(&points, &values).unwrap()
     }
@@ -335,14 +354,12 @@ mod tests {
         let surface = surface(80);
         let mut answer = [[0.0; 5]; 2];
         let mut moved = answer;
-        for number in 0..200 {
-            let x = sobol(3, number, 99);
+        for x in sobol(3, 200, Some(99)) {
             surface.at(&x, &mut answer);
             let truth = smooth(&x);
-            // A hundredth of the range of 4: a sixth of a period of the sine lies in the cube, and near its
-            // sides, where no point is, the surface goes on from 0.2 away. The bilinear output is in the
-            // trend.
-            assert!((answer[0][0] - truth[0]).abs() < 4e-2, "{x:?}");
+            // Half a hundredth of the range of 4: a sixth of a period of the sine lies in the cube. The bilinear output
+            // is in the trend.
+            assert!((answer[0][0] - truth[0]).abs() < 2e-2, "{x:?}");
             assert!((answer[1][0] - truth[1]).abs() < 1e-9, "{x:?}");
             for along in 0..3 {
                 let slope = [-1e-6, 1e-6].map(|step| {
@@ -354,6 +371,27 @@ mod tests {
                 // Central differences: round-off of 1e-16 times weights of 1e4 over the step.
                 let by_difference = (slope[1] - slope[0]) / 2e-6;
                 assert!((answer[0][1 + along] - by_difference).abs() < 1e-4);
+            }
+        }
+    }
+
+    /// No factor on one length, on some or on all of them makes the values likelier: the search does not stop on the
+    /// ridge that smooth functions leave along a common factor. (An independent program finds 2.1 to 2.2, 4.4 and 7.1 to
+    /// 7.5 for this function.)
+    #[test]
+    fn the_lengths_are_the_likeliest() {
+        let surface = surface(80);
+        let values: Rows = surface.points.iter().map(|x| smooth(x)).collect();
+        let left = residuals(&surface.points, &values).unwrap();
+        let own: Vec<f64> = surface.lengths.iter().map(|length| length.ln()).collect();
+        let best = unlikelihood(&surface.points, &left, &own);
+        for which in 1..8_usize {
+            for by in [-0.3, 0.3] {
+                let side =
+                    |(at, ln): (usize, &f64)| if which >> at & 1 == 1 { ln + by } else { *ln };
+                let there: Vec<f64> = own.iter().enumerate().map(side).collect();
+                let other = unlikelihood(&surface.points, &left, &there);
+                assert!(other > best, "{which} {by}: {other} {best}");
             }
         }
     }

@@ -73,5 +73,5 @@ pub use bicgstab::bicgstab;
 pub use kriging::{Answer, Kriging};
 pub use monotone_curve::{CurveError, MonotoneCurve, OnCurve};
 pub use noise::Noise;
-pub use sobol::sobol;
+pub use sobol::{SOBOL_DIMENSIONS, sobol};
 pub use split_mix::split_mix;

@@ -724,7 +724,7 @@ fn pairs(study: &Study, rows: &[Row], best: Option<&Row>) -> String {
         Some(best) => format!(
             "orange: the best of {} designs, {}",
             rows.len(),
-            told(study, best)
+            described(study, best)
         ),
         None => format!(
             "colour: {name}, from {} (dark) to {} (light)",
@@ -776,7 +776,7 @@ fn pairs(study: &Study, rows: &[Row], best: Option<&Row>) -> String {
 }
 
 /// A design in words: its variables and its answers.
-fn told(study: &Study, row: &Row) -> String {
+fn described(study: &Study, row: &Row) -> String {
     let all = variables(study).into_iter().chain(answers(study));
     let word = |shown: Shown<'_>| {
         let name = shown.column.name.replace('_', " ");
@@ -868,7 +868,7 @@ fn front(study: &Study, optimum: &Optimum) -> String {
     svg.text("note", [86.0, 48.0], Anchor::Start, &note);
     if let Some(first) = optimum.front.first().map(|one| &one.row) {
         svg.circle("best", at(corner, inner, &x, &y, point(first)), 6.0);
-        let note = format!("orange, the file of --best: {}", told(study, first));
+        let note = format!("orange, the file of --best: {}", described(study, first));
         svg.text("note", [86.0, size[1] - 8.0], Anchor::Start, &note);
     }
     svg.finish(size, &study.name, STYLE)

@@ -9,19 +9,20 @@ use taxel::solutions::shipped_table;
 use taxel::transduction::{ResponseFile, ResponseTable, TableOutput, TableParameter};
 use taxel_numerics::{Kriging, sobol};
 
-const ANSWERS: u32 = 20_000;
+const ANSWERS: usize = 20_000;
 
 /// Mean time of an answer at points all over the box, us.
 fn time(table: &ResponseTable) -> f64 {
     let dimensions = table.file().parameters.len();
-    let points: Vec<Vec<f64>> = (0..ANSWERS)
-        .map(|number| table.file().in_box(&sobol(dimensions, number, 1)))
+    let points: Vec<Vec<f64>> = sobol(dimensions, ANSWERS, Some(1))
+        .iter()
+        .map(|point| table.file().in_box(point))
         .collect();
     let start = Instant::now();
     for point in &points {
         black_box(table.at(black_box(point)));
     }
-    1e6 * start.elapsed().as_secs_f64() / f64::from(ANSWERS)
+    1e6 * start.elapsed().as_secs_f64() / ANSWERS as f64
 }
 
 fn several() -> Option<ResponseTable> {
@@ -36,7 +37,7 @@ fn several() -> Option<ResponseTable> {
     };
     let parameters = ["travel", "x", "y", "radius"].map(parameter).to_vec();
     let mut file = ResponseFile::new(Vec::new(), parameters, 0, (0..11).map(output).collect());
-    let points: Vec<Vec<f64>> = (0..200).map(|number| sobol(4, number, 2)).collect();
+    let points = sobol(4, 200, Some(2));
     for point in &points {
         file.points.push(file.in_box(point));
         let value = |output: usize| (point[output % 4] * (1.0 + 0.2 * output as f64)).sin();

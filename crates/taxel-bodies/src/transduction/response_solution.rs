@@ -16,7 +16,7 @@ const FIRST: usize = 8;
 /// Points of a round over several parameters: as many as two machines of two cores solve at once.
 const ROUND: usize = 4;
 /// Places that are looked at for the next point, for each parameter.
-const CANDIDATES: u32 = 64;
+const CANDIDATES: usize = 64;
 /// Fresh points: if all keep to the tolerance, at least 95 % of the box does with a confidence of
 /// 95 %, because 0.95⁵⁹ < 0.05.
 const FRESH: usize = 59;
@@ -214,7 +214,7 @@ fn attempt(
             let side = |along: usize| f64::from(u8::from(corner >> along & 1 == 1));
             (0..dimensions).map(side).collect()
         });
-        let inner = (0..(FIRST * dimensions) as u32).map(|number| sobol(dimensions, number, SEED));
+        let inner = sobol(dimensions, FIRST * dimensions, Some(SEED));
         corners
             .chain([vec![0.5; dimensions]])
             .chain(inner)
@@ -366,10 +366,8 @@ fn fill(
         let Some(mut surface) = Kriging::fit(&points, &values) else {
             return Err(no_surface(file));
         };
-        let candidates = CANDIDATES * dimensions as u32;
-        let places: Vec<_> = (0..candidates)
-            .map(|number| sobol(dimensions, number, SEED + points.len() as u64))
-            .collect();
+        let seed = SEED + points.len() as u64;
+        let places = sobol(dimensions, CANDIDATES * dimensions, Some(seed));
         let mut next = Vec::new();
         while next.len() < ROUND {
             let doubt = |place: &Vec<f64>| {

@@ -200,8 +200,8 @@ fn a_table_over_two_parameters_keeps_to_its_tolerance_and_does_not_depend_on_job
 fn slopes_over_two_parameters_are_those_of_the_solver() {
     let drawing = compressible();
     let table = made(&drawing, 2, &NoPoints);
-    for number in 0..10 {
-        let at = table.file().in_box(&sobol(2, number, 77));
+    for place in sobol(2, 10, Some(77)) {
+        let at = table.file().in_box(&place);
         let step = 1e-6;
         for along in 0..2 {
             let ends = [-step, step].map(|step| {

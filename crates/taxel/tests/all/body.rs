@@ -93,9 +93,7 @@ fn table(text: &str, channels: &[Channel], aside: bool) -> ResponseTable {
     let points: Vec<Vec<f64>> = if aside {
         let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
         let corners = corners.iter().map(|corner| corner.to_vec());
-        corners
-            .chain((0..140).map(|number| sobol(2, number, 3)))
-            .collect()
+        corners.chain(sobol(2, 140, Some(3))).collect()
     } else {
         (0..=64).map(|node| vec![f64::from(node) / 64.0]).collect()
     };
